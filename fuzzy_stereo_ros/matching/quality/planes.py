@@ -11,6 +11,7 @@ from typing import NamedTuple
 import cv2
 from fuzzy_stereo_ros.matching.bands import cut_bands
 from fuzzy_stereo_ros.matching.kernels.planes import fits, segments
+from fuzzy_stereo_ros.matching.kernels.refinement.dense_map import Neighbours
 import numpy as np
 
 SCALES = ((60, 40), (150, 80), (400, 200))   # size parameter and least pixels of segments
@@ -81,11 +82,20 @@ _PARTS = 8                               # of the regions of an image, for threa
 def local_planes(pool, disparity, colour):
     """Return planes around pixels; disparity: float32 (R, C), px; colour: uint8 (R, C, 3)."""
     planes = np.empty((*disparity.shape, 3), np.float32)
-    by_colour = np.exp(-np.arange(766) / PLANE_COLOUR).astype(np.float32)
+    around = tuple(neighbours(RADIUS, LIMIT))
     pool.each(lambda band: fits.local_planes(
-        disparity, colour, RADIUS, by_colour, np.float32(LIMIT), np.float32(GROWTH), planes,
-        band[1], band[2]), cut_bands(len(disparity)))
+        disparity, colour, around, planes, *band[1:]), cut_bands(len(disparity)))
     return planes
+
+
+def neighbours(radius, limit):
+    """Return the `Neighbours` that planes around pixels are fitted to; limit: px."""
+    return Neighbours(radius, colour_weights(PLANE_COLOUR), np.float32(limit), np.float32(GROWTH))
+
+
+def colour_weights(scale):
+    """Return weights by differences of colour that fall to 1 / e at a scale: float32 (766,)."""
+    return np.exp(-np.arange(766) / scale).astype(np.float32)
 
 
 def region_planes(pool, disparity, trusted, regions, random):
@@ -94,6 +104,6 @@ def region_planes(pool, disparity, trusted, regions, random):
     largest, key = int(np.diff(regions.starts).max()), random.key
     edges = [regions.number * part // _PARTS for part in range(_PARTS + 1)]
     pool.each(lambda part: fits.region_planes(
-        disparity, trusted, regions[1:], (ROUNDS, np.float32(AGREEMENT), key),
+        disparity, trusted, regions[1:], (ROUNDS, np.float32(AGREEMENT), 1.0, key),
         np.zeros((3, largest), np.float32), planes, *part), list(zip(edges, edges[1:])))
     return planes

@@ -16,7 +16,7 @@ from fuzzy_stereo_ros.matching.kernels.genetic.surface_cost import Steps
 from fuzzy_stereo_ros.matching.kernels.possibility.fuzzy_costs import FULL
 from fuzzy_stereo_ros.matching.kernels.refinement import consistency, dense_map, filling
 from fuzzy_stereo_ros.matching.kernels.units import INVALID
-from fuzzy_stereo_ros.matching.quality.planes import GROWTH, PLANE_COLOUR
+from fuzzy_stereo_ros.matching.quality.planes import colour_weights, neighbours
 import numpy as np
 
 MEDIAN_RADIUS, MEDIAN_COLOUR, MEDIAN_DISTANCE = 9, 20.0, 9.0     # px, grey levels, px
@@ -36,11 +36,8 @@ class DenseSurface:
             np.zeros((rows, columns), np.float32) for _ in range(4))
         self._histograms = [np.zeros(dense_map.BINS * disparities + 1, np.float32)
                             for _ in self._bands]
-        steps = np.arange(3 * 256)
-        median_colour, self._plane_colour = (
-            np.exp(-steps / scale).astype(np.float32) for scale in (MEDIAN_COLOUR, PLANE_COLOUR))
         distance = np.arange(-MEDIAN_RADIUS, MEDIAN_RADIUS + 1)
-        self._median_weights = MEDIAN_RADIUS, median_colour, np.exp(
+        self._median_weights = MEDIAN_RADIUS, colour_weights(MEDIAN_COLOUR), np.exp(
             -distance**2 / (2 * MEDIAN_DISTANCE**2)).astype(np.float32)
 
     def check(self, pool, labels, target, target_range):
@@ -71,9 +68,9 @@ class DenseSurface:
 
     def smooth(self, pool, surface, colour, radius, limit):
         """Return the map of local planes, float32 (R, C), memory that the next call reuses."""
+        around = tuple(neighbours(radius, limit))
         pool.each(lambda band: dense_map.local_planes(
-            surface, colour, radius, self._plane_colour, np.float32(limit), np.float32(GROWTH),
-            self._smooth, band[1], band[2]), self._bands)
+            surface, colour, around, self._smooth, *band[1:]), self._bands)
         return np.clip(self._smooth, 0, self._disparities - 1, out=self._smooth)
 
 

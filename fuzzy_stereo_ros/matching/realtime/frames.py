@@ -205,7 +205,8 @@ class FrameEvolution:
         grid.list_chosen(regions, self._chosen, region_pixels, self._ends[:number], self._labels,
                          self._selected, self.carried.proposals)
         region_planes(self._map.disparities, self._trusted, region_pixels,
-                      (ROUNDS, np.float32(AGREEMENT), random.key), self._points, planes, 0, number)
+                      (ROUNDS, np.float32(AGREEMENT), 1.0, random.key), self._points, planes, 0,
+                      number)
         reject_bent(planes, region_pixels, self._map.disparities, self._trusted, np.float32(NEAR),
                     FLAT, self._selected)
         grid.propose_planes(self.carried.planes, self._labels, planes, self._quiet,

@@ -20,7 +20,8 @@ LIKENESS = segments.Likeness(step=768, apart=384, overlap=6)    # of half-size p
 LEAST = 60           # half-size pixels of a region
 POINTS = 200         # of a region, at most, that its plane is fitted to
 PARTS = 8            # of the regions, of as many points each, for threads
-CONSENSUS = segments.Consensus(rounds=24, limit=np.float32(0.7), share=0.6)
+ROUNDS, AGREEMENT, ENOUGH = 24, np.float32(0.7), 0.9    # of RandomPlanes
+SHARE = 0.6          # of a region's points that must lie within 1 px of its plane
 
 
 class Population:
@@ -127,7 +128,7 @@ class WeakRegions:
             segments.write_mutant(
                 regions, planes, disparities, target_range, mutant, first // 2, last // 2)
         pool.each(lambda part: segments.fit_planes(
-            self._points, starts, tuple(CONSENSUS), random.key, planes, *part),
+            self._points, starts, (ROUNDS, AGREEMENT, ENOUGH, random.key), SHARE, planes, *part),
             list(pairwise([*edges, number])))
         pool.each(write, cut_bands(len(parent), 2))
         return mutant

@@ -217,7 +217,7 @@ def test_selected_pixels_take_the_median_weighted_by_colour_and_distance(shape, 
 def test_local_planes_are_those_of_the_twin(shape, nearest):
     surface, colours = surface_of(shape, limit=3) + nearest, random_map((*shape, 3), 60, 1)
     result = np.zeros_like(surface)
-    dense_map.local_planes(surface, colours, 2, BY_COLOUR, np.float32(1), np.float32(0.25),
+    dense_map.local_planes(surface, colours, (2, BY_COLOUR, np.float32(1), np.float32(0.25)),
                            result, 0, shape[0])
     np.testing.assert_allclose(result, twins.local_planes(
         surface, colours, 2, BY_COLOUR, 1.0, 0.25), atol=2e-3)

@@ -10,7 +10,8 @@ from fuzzy_stereo_ros.matching.kernels.planes import segments
 from fuzzy_stereo_ros.matching.kernels.possibility.features import MARGIN
 from fuzzy_stereo_ros.matching.kernels.units import CONSISTENT, INVALID, STEPS
 from fuzzy_stereo_ros.matching.realtime.matcher import Stages
-from fuzzy_stereo_ros.matching.realtime.operators import CONSENSUS, GreyRegions, WeakRegions
+from fuzzy_stereo_ros.matching.realtime.operators import (
+    AGREEMENT, ENOUGH, GreyRegions, ROUNDS, WeakRegions)
 from hypothesis import example, given, settings, strategies as st
 import numpy as np
 import pytest
@@ -81,12 +82,11 @@ def test_points_are_consistent_matches_evenly_spread(seed, most):
         assert mine.shape[1] <= most
 
 
-def fitted(points, share, rounds=24):
+def fitted(points, share):
     """Return the plane of some points (3, n)."""
     found = np.zeros((1, 3), np.float32)
     segments.fit_planes(points.astype(np.float32), np.array([0, points.shape[1]], np.int32),
-                        tuple(CONSENSUS._replace(rounds=rounds, share=share)), np.uint64(5),
-                        found, 0, 1)
+                        (ROUNDS, AGREEMENT, ENOUGH, np.uint64(5)), share, found, 0, 1)
     return found[0]
 
 

@@ -24,8 +24,9 @@ class RegionPixels(NamedTuple):
 class RandomPlanes(NamedTuple):
     """The random planes that are tried for a region."""
 
-    rounds: int              # how many
+    rounds: int              # how many at most
     limit: np.float32        # px by which a point agrees
+    enough: float            # share of the points whose agreement ends the search
     key: np.uint64           # of the random numbers
 
 
@@ -73,6 +74,40 @@ def random_plane(points, first, number, key, count):
 
 
 @inlined
+def agreeing(points, first, last, stride, plane, limit):
+    """Return how many of the points, every stride-th, lie within a limit of a plane."""
+    slope, fall, offset = plane
+    number = 0
+    for place in range(first, last, stride):
+        number += abs(slope * points[0, place] + fall * points[1, place] + offset
+                      - points[2, place]) < limit
+    return number
+
+
+@inlined
+def best_of_random(points, first, last, stride, random, count, plane):
+    """
+    Return how many points agree with the best of a plane and random ones, and the best one.
+
+    Fischler and Bolles, Random sample consensus, 1981.
+
+    points, first, last, stride: of agreeing; random: of RandomPlanes; count: uint64, number of the
+    first random number of its key; plane: slope, fall and offset, NaN for none
+    """
+    (rounds, limit, enough, key), (slope, fall, offset) = random, plane
+    most = agreeing(points, first, last, stride, plane, limit)
+    for attempt in range(rounds):
+        is_plane, a, b, c = random_plane(
+            points, first, last - first, key, count + np.uint64(3 * attempt))
+        number = agreeing(points, first, last, stride, (a, b, c), limit) if is_plane else 0
+        if number > most:
+            most, slope, fall, offset = number, a, b, c
+            if most >= enough * (last - first):
+                break
+    return most, (slope, fall, offset)
+
+
+@inlined
 def least_squares(points, first, last, plane, limit, origin):
     """
     Return the number of points within a limit of a plane, and their plane of least squares.
@@ -100,17 +135,17 @@ def least_squares(points, first, last, plane, limit, origin):
 
 
 @kernel
-def local_planes(disparities, colours, radius, by_colour, limit, growth, planes, first, last):
+def local_planes(disparities, colours, neighbours, planes, first, last):
     """
     Write the plane fitted to the similar neighbours of each pixel, with damped slopes.
 
-    disparities: float32 (R, C), px; colours, by_colour, limit, growth: as in
-    refinement/dense_map.local_planes; planes: float32 (R, C, 3)
+    disparities: float32 (R, C), px; colours: uint8 (R, C, 3); neighbours: the fields of
+    dense_map.Neighbours; planes: float32 (R, C, 3)
     """
     for row in range(first, last):
         for column in range(disparities.shape[1]):
             centre = disparities[row, column]
-            sums = sums_around(disparities, colours, row, column, radius, by_colour, limit, growth)
+            sums = sums_around(disparities, colours, row, column, neighbours)
             slope, fall, offset = solve(sums, np.float32(0.5) * sums[0])
             planes[row, column, 0], planes[row, column, 1] = slope, fall
             planes[row, column, 2] = centre + offset - slope * column - fall * row
@@ -159,39 +194,26 @@ def region_planes(disparities, trusted, region_pixels, random, points, planes, f
     """
     Fit a plane to each region: the best of random ones, then least squares of its inliers.
 
-    Fischler and Bolles, Random sample consensus, 1981. Of regions with few trusted pixels all
-    count.
+    Of regions with few trusted pixels all count.
 
     disparities: float32 (R, C), px; trusted: bool (R, C); region_pixels: the fields of
     RegionPixels; random: of RandomPlanes; points: float32 (3, largest region), memory; planes:
     float32 (regions, 3); first, last: regions
     """
-    (starts, pixels), (rounds, limit, key) = region_pixels, random
+    (starts, pixels), (rounds, limit, _, _) = region_pixels, random
     columns = disparities.shape[1]
     flat, known = disparities.reshape(-1), trusted.reshape(-1)
-    x, y, d = points
     for region in range(first, last):
         number = _points_of(flat, known, starts[region], starts[region + 1], pixels, columns,
                             points)
-        middle_x, middle_y, middle = (
-            x[:number].mean(), y[:number].mean(), d[:number].mean())
-        most, slope, fall, offset = -1, np.float32(0), np.float32(0), np.float32(middle)
-        stride = max(1, number // _SAMPLES)
-        for attempt in range(rounds + 1 if number >= LEAST else 1):
-            a, b, c = slope, fall, offset
-            if attempt > 0:
-                count = np.uint64((region * rounds + attempt) * 3)
-                is_plane, a, b, c = random_plane(points, 0, number, key, count)
-                if not is_plane:
-                    continue
-            agreeing = 0
-            for place in range(0, number, stride):
-                agreeing += abs(a * x[place] + b * y[place] + c - d[place]) < limit
-            if agreeing > most:
-                most, slope, fall, offset = agreeing, a, b, c
-        agreeing, a, b, c = least_squares(
-            points, 0, number, (slope, fall, offset), np.float32(1.5) * limit,
-            (middle_x, middle_y, middle))
-        planes[region, 0], planes[region, 1], planes[region, 2] = slope, fall, offset
-        if agreeing >= LEAST:
+        x, y, d = (points[0, :number].mean(), points[1, :number].mean(),
+                   points[2, :number].mean())
+        plane = np.float32(0), np.float32(0), np.float32(d)
+        if number >= LEAST:
+            _, plane = best_of_random(points, 0, number, max(1, number // _SAMPLES), random,
+                                      np.uint64(3 * (region * rounds + 1)), plane)
+        inliers, a, b, c = least_squares(points, 0, number, plane, np.float32(1.5) * limit,
+                                         (x, y, d))
+        planes[region, 0], planes[region, 1], planes[region, 2] = plane
+        if inliers >= LEAST:
             planes[region, 0], planes[region, 1], planes[region, 2] = a, b, c

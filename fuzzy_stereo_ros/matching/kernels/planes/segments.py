@@ -11,7 +11,8 @@ half-size image; its pixel (y, x) stands for the full pixels (2 y .. 2 y + 1, 2 
 from typing import NamedTuple
 
 from fuzzy_stereo_ros.matching.kernels.compiled import called, inlined, kernel
-from fuzzy_stereo_ros.matching.kernels.planes.fits import LEAST, least_squares, random_plane
+from fuzzy_stereo_ros.matching.kernels.planes.fits import (
+    agreeing, best_of_random, LEAST, least_squares)
 from fuzzy_stereo_ros.matching.kernels.possibility.features import MARGIN
 from fuzzy_stereo_ros.matching.kernels.refinement.consistency import root
 from fuzzy_stereo_ros.matching.kernels.units import CONSISTENT, STEPS
@@ -128,7 +129,6 @@ def join_pixels(order, differences, scale, smallest, parent, size, inner, labels
 
 
 _FOLLOWS = 2         # a run's grey follows its pixels by a quarter of their difference
-_ENOUGH = 0.9        # share of the points whose agreement ends the search
 _REFITS = 4          # by least squares, each to what agrees with the one before
 
 
@@ -275,62 +275,32 @@ def gather_points(regions, most, labels, offsets, validity, tally, starts, point
                     due[mine] += 1
 
 
-@inlined
-def _agreeing(points, first, last, slope, fall, offset, limit):
-    """Return how many points lie within a limit of a plane."""
-    number = 0
-    for place in range(first, last):
-        number += abs(slope * points[0, place] + fall * points[1, place] + offset
-                      - points[2, place]) < limit
-    return number
-
-
-class Consensus(NamedTuple):
-    """How the plane of a region is searched for."""
-
-    rounds: int          # random planes tried at most
-    limit: float         # px by which a point agrees
-    share: float         # of the points that must lie within 1 px, else there is no plane
-
-
 @kernel
-def fit_planes(points, starts, consensus, key, planes, begin, end):
+def fit_planes(points, starts, random, share, planes, begin, end):
     """
     Fit a plane to the regions begin .. end: the best of random ones, then least squares.
 
-    Fischler and Bolles, Random sample consensus, 1981. The rounds end early once most agree.
-
-    points, starts: of gather_points; consensus: the fields of a Consensus, limit as float32; key:
-    uint64; planes: float32 (regions, 3), of half-size x and y and full disparity, NaN for none
+    points, starts: of gather_points; random: of RandomPlanes; share: of the points that must lie
+    within 1 px, else there is no plane; planes: float32 (regions, 3), of half-size x and y and
+    full disparity, NaN for none
     """
-    rounds, limit, share = consensus
+    limit, none = np.float32(1.5) * random[1], np.float32(np.nan)
     for region in range(begin, end):
         first, last = starts[region], starts[region + 1]
         planes[region] = np.nan
-        number = last - first
-        if number < LEAST:
+        if last - first < LEAST:
             continue
-        slope = fall = offset = np.float32(0)
-        most = 0
-        for attempt in range(rounds):
-            count = np.uint64((region * rounds + attempt) * 3)
-            is_plane, a, b, c = random_plane(points, first, number, key, count)
-            if not is_plane:
-                continue
-            agreeing = _agreeing(points, first, last, a, b, c, limit)
-            if agreeing > most:
-                most, slope, fall, offset = agreeing, a, b, c
-                if agreeing >= _ENOUGH * number:
-                    break
-        if most >= LEAST:
-            for _ in range(_REFITS):
-                _, a, b, c = least_squares(
-                    points, first, last, (slope, fall, offset), np.float32(1.5) * limit,
-                    (points[0, first], points[1, first], points[2, first]))
-                slope, fall, offset = np.float32(a), np.float32(b), np.float32(c)
-            agreeing = _agreeing(points, first, last, slope, fall, offset, np.float32(1))
-            if agreeing >= share * number:
-                planes[region, 0], planes[region, 1], planes[region, 2] = slope, fall, offset
+        most, plane = best_of_random(points, first, last, 1, random,
+                                     np.uint64(3 * region * random[0]), (none, none, none))
+        if most < LEAST:
+            continue
+        for _ in range(_REFITS):
+            _, a, b, c = least_squares(
+                points, first, last, plane, limit,
+                (points[0, first], points[1, first], points[2, first]))
+            plane = np.float32(a), np.float32(b), np.float32(c)
+        if agreeing(points, first, last, 1, plane, np.float32(1)) >= share * (last - first):
+            planes[region, 0], planes[region, 1], planes[region, 2] = plane
 
 
 @kernel

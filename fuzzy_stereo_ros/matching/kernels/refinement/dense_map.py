@@ -21,6 +21,15 @@ class MedianWeights(NamedTuple):
     by_distance: np.ndarray  # float32 (2 * radius + 1,), by rows or columns
 
 
+class Neighbours(NamedTuple):
+    """The pixels around one that a plane is fitted to."""
+
+    radius: int
+    by_colour: np.ndarray    # float32 (766,), their weights, as of MedianWeights
+    limit: np.float32        # px that they may differ by
+    growth: np.float32       # of the limit: by this share of it a pixel of distance
+
+
 @called
 def _apart(colours, row, column, other_row, other_column):
     """Return the sum over the channels of the differences of two pixels."""
@@ -65,13 +74,14 @@ def weighted_median(disparities, selected, colours, weights, histogram, result, 
 
 
 @inlined
-def sums_around(disparities, colours, row, column, radius, by_colour, limit, growth):
+def sums_around(disparities, colours, row, column, neighbours):
     """
     Return the sums of least squares of the plane around a pixel, relative to it: float32.
 
     Of the weights, of right, down, their squares and product, disparity, and right and down times
-    disparity; see local_planes.
+    disparity; neighbours: the fields of Neighbours
     """
+    radius, by_colour, limit, growth = neighbours
     rows, columns = disparities.shape
     centre = disparities[row, column]
     blue, green, red = (np.int32(colours[row, column, 0]), np.int32(colours[row, column, 1]),
@@ -100,18 +110,17 @@ def sums_around(disparities, colours, row, column, radius, by_colour, limit, gro
 
 
 @kernel
-def local_planes(disparities, colours, radius, by_colour, limit, growth, result, first, last):
+def local_planes(disparities, colours, neighbours, result, first, last):
     """
     Replace each disparity by that of the plane fitted to the like neighbours around it.
 
-    disparities, result: float32 (R, C), px; by_colour: of MedianWeights; limit: px that neighbours
-    may differ by, growing by `growth` times itself a pixel of distance.
+    disparities, result: float32 (R, C), px; neighbours: the fields of Neighbours
     """
     for row in range(first, last):
         for column in range(disparities.shape[1]):
             centre = disparities[row, column]
             s, sx, sy, sxx, sxy, syy, sd, sxd, syd = sums_around(
-                disparities, colours, row, column, radius, by_colour, limit, growth)
+                disparities, colours, row, column, neighbours)
             sxx += np.float32(1)
             syy += np.float32(1)
             a, b, c = sxx * syy - sxy * sxy, sx * syy - sxy * sy, sx * sxy - sxx * sy
