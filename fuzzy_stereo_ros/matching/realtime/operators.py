@@ -75,8 +75,8 @@ class GreyRegions:
         """
         Return the fields of the `Regions` of a picture, as kernels take them, and how many.
 
-        luminance: uint16, the picture with a margin; weak: uint8 (r, c), where regions may lie;
-        likeness: a `Likeness`, of runs; least: pixels of a region
+        luminance: uint16, the picture with a margin; weak: uint8 (r, c or more), where regions may
+        lie; likeness: a `Likeness`, of runs; least: pixels of a region
         """
         runs, likeness = (self._begin, self._end, self._parent, self._row_runs), tuple(likeness)
         pool.each(lambda band: segments.find_runs(

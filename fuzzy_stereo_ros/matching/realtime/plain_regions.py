@@ -13,14 +13,16 @@ from fuzzy_stereo_ros.matching.arrays import zeros
 from fuzzy_stereo_ros.matching.bands import cut_parts, widened
 from fuzzy_stereo_ros.matching.kernels.planes import plain_masks, plain_regions as kernels
 from fuzzy_stereo_ros.matching.kernels.planes.region_votes import judge
-from fuzzy_stereo_ros.matching.kernels.planes.segments import number_regions
+from fuzzy_stereo_ros.matching.kernels.planes.segments import Likeness
 from fuzzy_stereo_ros.matching.kernels.simd import LANES
+from fuzzy_stereo_ros.matching.realtime.operators import GreyRegions
 import numpy as np
 
 PLAIN = 1.4          # grey levels over 2 px of a smoothed picture, below which it is plain
 BURNT = 254          # grey levels; burnt out from here on
 NEAREST = 3          # px of disparity; below it vignette, dust and the sensor's pattern match
 LEAST = 0.01         # of the picture, for a region to vote
+ANY_GREY = Likeness(step=2**16, apart=2**16, overlap=1)     # of the plain pixels of a region
 CLIP, LEAST_CLIP = 3.75, 12   # of mean sizes at which a band is clipped; in 1/64 grey level
 
 
@@ -87,8 +89,7 @@ class PlainRegions:
         self._left = Texture(full.left, half.left, 0)
         self._right = Texture(full.right, half.right, self._labels + 1)
         self._bands = cut_parts(rows, kernels.ROWS)
-        self._runs = tuple(zeros(rows * columns, np.int32) for _ in range(5))
-        self._row_runs = zeros((rows, 2), np.int32)
+        self._regions = GreyRegions(rows, columns)
         self._least = max(int(LEAST * rows * columns), 1)
         self._cells = -(-rows // kernels.ROWS), -(-2 * columns // kernels.COLUMNS)
         self._base = full.left.columns - 1
@@ -104,13 +105,10 @@ class PlainRegions:
         """
         left, bands = self._left, self._bands
         pool.each(lambda band: left.mark(*band[1:]), bands)
-        begin, end, parent, size, region = self._runs
-        runs = begin, end, parent, self._row_runs
-        plain_masks.mask_regions(tuple(left.plain), runs)
-        number = number_regions(runs, self._least, size, region)
+        regions, number = self._regions.grow(pool, left.half.luminance, left.plain.mask, ANY_GREY,
+                                             self._least)
         if number == 0:
             return False
-        regions = begin, end, self._row_runs, region
         planes, cells = self._vote(pool, target_range, half_labels, regions, number)
         if np.isnan(planes[:, 0]).all():
             return False

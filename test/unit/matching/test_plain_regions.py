@@ -6,12 +6,13 @@ from functools import cache
 import cv2
 from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
 from fuzzy_stereo_ros.matching.bands import ThreadPool
-from fuzzy_stereo_ros.matching.kernels.planes import plain_masks, plain_regions as kernels
-from fuzzy_stereo_ros.matching.kernels.planes.segments import number_regions
+from fuzzy_stereo_ros.matching.kernels.planes import plain_regions as kernels
+from fuzzy_stereo_ros.matching.kernels.simd import LANES
 from fuzzy_stereo_ros.matching.over_frames.pictures import NoiseEstimate
 from fuzzy_stereo_ros.matching.realtime.matcher import Stages
+from fuzzy_stereo_ros.matching.realtime.operators import GreyRegions
 from fuzzy_stereo_ros.matching.realtime.plain_regions import (
-    BURNT, CLIP, LEAST_CLIP, PLAIN, PlainRegions)
+    ANY_GREY, BURNT, CLIP, LEAST_CLIP, PLAIN, PlainRegions)
 from fuzzy_stereo_ros.matching.realtime.views import Views
 from hypothesis import given, settings, strategies as st
 import numpy as np
@@ -172,12 +173,10 @@ def test_evidence_is_that_of_the_twin(size, min_disparity):
     try:
         kernels.vote = lambda *arguments: (kept(*arguments), keep(*arguments))
         plain._left.mark(0, size[0] // 2)
-        begin, end, parent, of_size, region = plain._runs
-        runs = begin, end, parent, plain._row_runs
-        plain_masks.mask_regions(tuple(plain._left.plain), runs)
-        number = number_regions(runs, plain._least, of_size, region)
+        regions, number = plain._regions.grow(
+            pool, views.half.left.luminance, plain._left.plain.mask, ANY_GREY, plain._least)
         assert number > 0
-        plain._vote(pool, views.target_range, half, (begin, end, plain._row_runs, region), number)
+        plain._vote(pool, views.target_range, half, regions, number)
     finally:
         kernels.vote = kept
     places, curves, counts = seen['vote']
@@ -213,15 +212,13 @@ def test_evidence_is_that_of_the_twin(size, min_disparity):
 @settings(max_examples=60, deadline=None)
 @given(st.integers(0, 2**20), st.integers(1, 9), st.integers(1, 40), st.floats(0.2, 0.9))
 def test_regions_of_a_mask_are_connected_as_the_twin_has_it(seed, rows, columns, share):
-    mask = (np.random.default_rng(seed).random((rows, columns)) < share).astype(np.uint8)
-    begin, end, parent, size, region = (np.zeros(mask.size, np.int32) for _ in range(5))
-    row_runs = np.zeros((rows, 2), np.int32)
-    ends = np.full((rows, 2), (0, columns), np.int32)
-    runs = begin, end, parent, row_runs
-    plain_masks.mask_regions((mask, ends), runs)
-    number_regions(runs, 3, size, region)
-    numbers = np.full(mask.shape, -1)
+    draw = np.random.default_rng(seed)
+    mask = (draw.random((rows, columns + LANES)) < share).astype(np.uint8)
+    (begin, end, row_runs, region), _ = GreyRegions(rows, columns).grow(
+        ThreadPool(1), draw.choice([0, 65535], (rows + 4, columns + 4)).astype(np.uint16), mask,
+        ANY_GREY, 3)
+    numbers = np.full((rows, columns), -1)
     for row in range(rows):
         for run in range(*row_runs[row]):
             numbers[row, begin[run]:end[run]] = region[run]
-    np.testing.assert_array_equal(numbers, twins.regions(mask, 3))
+    np.testing.assert_array_equal(numbers, twins.regions(mask[:, :columns], 3))

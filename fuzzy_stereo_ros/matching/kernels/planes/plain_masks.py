@@ -1,16 +1,15 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-Where a half-size view is plain, and the regions of it.
+Where a half-size view is plain.
 
 A mask is written in blocks of LANES columns, so that kernels can pass over what has no marked
-pixel. Its regions are runs of rows, joined where they touch.
+pixel.
 """
 from typing import NamedTuple
 
 from fuzzy_stereo_ros.matching.kernels.compiled import inlined, kernel
 from fuzzy_stereo_ros.matching.kernels.possibility.features import MARGIN
-from fuzzy_stereo_ros.matching.kernels.refinement.consistency import root
 from fuzzy_stereo_ros.matching.kernels.simd import equal_bits, LANES, load, splat
 import numpy as np
 
@@ -77,38 +76,3 @@ def _mark_row(one, two, three, mask, row, columns, ends):
         if equal_bits(load(flags, start + column), splat(np.uint8(0))) != NONE:
             ends[row, 0] = min(ends[row, 0], column)
             ends[row, 1] = min(column + LANES, columns)
-
-
-@kernel
-def mask_regions(plain, runs):
-    """
-    Write the runs of a mask, and join those that touch the row above.
-
-    plain: the fields of PlainMask; runs: of segments.Runs
-    """
-    (mask, ends), (begin, end, parent, row_runs) = plain, runs
-    known = np.int64(0)
-    above = np.int64(0)
-    for row in range(mask.shape[0]):
-        line, column, columns = mask[row], np.int64(ends[row, 0]), np.int64(ends[row, 1])
-        row_runs[row, 0] = known
-        upper, stop = above, known
-        above = known
-        while column < columns:
-            while column < columns and not line[np.uint64(column)]:
-                column += 1
-            if column == columns:
-                break
-            begin[known] = column
-            while column < columns and line[np.uint64(column)]:
-                column += 1
-            end[known], parent[known] = column, known
-            while upper < stop and end[upper] <= begin[known]:
-                upper += 1
-            touching = upper
-            while touching < stop and begin[touching] < column:
-                one, other = root(parent, known), root(parent, touching)
-                parent[max(one, other)] = min(one, other)
-                touching += 1
-            known += 1
-        row_runs[row, 1] = known

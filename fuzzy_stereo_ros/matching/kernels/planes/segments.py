@@ -139,12 +139,12 @@ def find_runs(luminance, weak, likeness, runs, sums, first, last):
 
     Those of the rows first .. last are numbered from first * c on.
 
-    luminance: uint16 (r + 2 MARGIN, ...); weak: uint8 (r, c); likeness: the fields of a Likeness;
-    runs: those of Runs, written; sums: int32 (2, c + 1), memory.
+    luminance: uint16 (r + 2 MARGIN, ...); weak: uint8 (r, c or more); likeness: the fields of a
+    Likeness; runs: those of Runs, written; sums: int32 (2, c + 1), memory.
     """
     likeness, runs = Likeness(*likeness), Runs(*runs)
     begin, end, parent = runs.begin, runs.end, runs.parent
-    columns = weak.shape[1]
+    columns = sums.shape[1] - 1
     known = first * columns
     for row in range(first, last):
         here, above = sums[row & 1], sums[1 - (row & 1)]
