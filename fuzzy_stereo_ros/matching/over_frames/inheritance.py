@@ -28,7 +28,8 @@ class Inheritance:
     """
     The pictures of a pair and what they inherit from those before, of one image size.
 
-    views: a `Picture` of the left and of the mirrored right image
+    views: a `Picture` of the left and of the mirrored right image; noisy: whether the last pair
+    has so much noise that its pictures are averaged where the camera moves too
     """
 
     def __init__(self, config, rows, columns, seen=1, least_age=1):
@@ -51,7 +52,7 @@ class Inheritance:
         self._moving = MovingCamera(rows, columns, config.min_disparity)
         self._origins = np.zeros((seen, rows, columns), np.int32)
         self._nearest = np.zeros((rows, columns), np.float32)
-        self._before, self._scales = None, [IN_PLACE] * seen
+        self._scales, self.noisy = [IN_PLACE] * seen, False
 
     @property
     def luminances(self):
@@ -101,7 +102,7 @@ class Inheritance:
         averaging, moving = self._averaging, self._moving
         self.views[0].halve(self._half, 0, self._half.rows)
         self._noise.measure(self.views[0], self._half, 0, self.views[0].rows)
-        self._noisy = self._noise.level > NOISY      # before averaging
+        self.noisy = self._noise.level > NOISY      # before averaging
         number = len(self._channels) if self._coloured else 0
         if state is None or len(state.colours) != number:
             averaging.restart(pool, self.views)
@@ -114,7 +115,7 @@ class Inheritance:
         self.views[0].halve(self._half, 0, self._half.rows)
         followed = moving.follow(pool, state, camera, self._half.grey[:, :self._half.columns],
                                  averaging.share >= STILL)
-        if followed and self._noisy and averaging.share < ANOTHER:
+        if followed and self.noisy and averaging.share < ANOTHER:
             pictures, ages, before = moving.warped(state, state.colours, self._sides)
             averaging.average(pool, self.views, History(
                 pictures, ages, np.zeros_like(state.drifts), None), search=False)
@@ -124,7 +125,7 @@ class Inheritance:
         if state is None or not (followed or averaging.share >= ANOTHER):
             return False
         self._find_origins(state.own.maps, followed)
-        if self._noisy and self._least_age > 1:
+        if self.noisy and self._least_age > 1:
             for tiles, origins in zip(averaging.tiles, self._origins):
                 young = np.repeat(tiles.ages < self._least_age, TILE, axis=1)
                 for row, line in enumerate(origins):

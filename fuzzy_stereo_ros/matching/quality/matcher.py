@@ -127,7 +127,7 @@ class QualityMatcher:
             for side, (before, fresh) in enumerate(zip(previous.own.disparities, maps)):
                 moved = np.empty_like(fresh)
                 inheritance.inherit(before, fresh, moved, side)
-                maps[side] = parent_of(moved, fresh)
+                maps[side] = parent_of(moved, fresh, inheritance.noisy)
         starts = self._starts(_of_both_views(left, right), maps, budget,
                               inherited and inheritance.unseen < LITTLE)
         watch.lap('seeds')

@@ -25,11 +25,20 @@ SHARP = Model(census=12, colour=43, slope=2, gradient=30, blurs=(0.4,), longest=
 LEVEL = 0.4              # px of a parent's surface that supports may span
 PARENT_RADIUS, PARENT_LIMIT = 6, 1.5     # of the local planes that make a parent's surface, px
 OUTPUT_RADIUS, OUTPUT_LIMIT = 4, 0.6     # and of those of the result
-# Of a region where two maps differ: by how much, px; squares that it consists of; its least size.
-APART, WIDE, LARGE = 1.0, 9, 1600
 DEAD_ZONE, CUT = 1.0, 4.0    # px from the parent where a child's bias begins to cost, and its most
 WEAK_TEXTURE = 6.0       # mean step of grey at which the weakness of texture falls to 1 / e
 STEPS = Steps(slope=0.16, free=0.25, jump=4.0, apart=0.5)
+
+
+class Differing(NamedTuple):
+    """Where two maps differ: regions of at least a size, made of squares."""
+
+    apart: float             # px by which they differ
+    square: int              # px, side
+    least: int               # px, size
+
+
+WHOLE, PARTS = Differing(1.0, 9, 1600), Differing(0.5, 5, 100)
 
 
 class ChildSettings(NamedTuple):
@@ -172,19 +181,22 @@ def costs_of_pixels(config, pool, left, right):
                        max(lowest, 0))
 
 
-def parent_of(inherited, fresh):
+def parent_of(inherited, fresh, noisy):
     """
-    Return the map of the previous frame, but the one of this frame where whole regions differ.
+    Return the map of the previous frame, but the one of this frame where regions differ.
 
-    A plain region that was matched in more noise than averaging has left by now can be wrong as a
-    whole, and then no plane around it is the right one. Elsewhere what has evolved is better.
+    A plain region can be wrong as a whole, and then no plane around it is the right one. Noise is
+    less in the average of one more frame: there smaller regions and differences count. Elsewhere
+    what has evolved is better.
 
-    inherited, fresh: float32 (R, C), px, of the previous frame and of `realtime`
+    inherited, fresh: float32 (R, C), px, of the previous frame and of `realtime`; noisy: whether
+    the pictures are noisy
     """
-    apart = (abs(inherited - fresh) > APART).astype(np.uint8)
-    wide = cv2.morphologyEx(apart, cv2.MORPH_OPEN, np.ones((WIDE, WIDE), np.uint8))
+    differing = PARTS if noisy else WHOLE
+    apart = (abs(inherited - fresh) > differing.apart).astype(np.uint8)
+    wide = cv2.morphologyEx(apart, cv2.MORPH_OPEN, np.ones((differing.square,) * 2, np.uint8))
     _, regions, measures, _ = cv2.connectedComponentsWithStats(wide, connectivity=4)
-    large = measures[:, cv2.CC_STAT_AREA] >= LARGE
+    large = measures[:, cv2.CC_STAT_AREA] >= differing.least
     large[0] = False        # where they do not differ
     return np.where(large[regions], fresh, inherited)
 

@@ -86,16 +86,20 @@ def test_a_still_scene_in_noise_gets_better_and_flickers_less():
     assert warm[-1].generations == 1 and cold[-1].generations == CONFIG.generations
 
 
-def test_whole_regions_that_differ_are_those_of_this_frame_and_all_else_is_inherited():
+@pytest.mark.parametrize('noisy, least, apart, square', [
+    (False, 1600, 1.0, 9), (True, 100, 0.5, 5)])
+def test_regions_that_differ_are_those_of_this_frame_and_all_else_is_inherited(
+        noisy, least, apart, square):
     inherited = np.random.default_rng(0).uniform(5, 10, (100, 200)).astype(np.float32)
-    fresh, expected = inherited.copy(), inherited.copy()
-    fresh[10:50, 50:90] += 3                        # a whole region
-    expected[10:50, 50:90] += 3
-    fresh[60:90, 10:40] += 0.9                      # differs little
-    fresh[60:80, 100:120] -= 3                      # too small
-    fresh[:, 130:138] = fresh[:, 140:148] = fresh[:, 150:158] = 20      # too thin
-    np.testing.assert_array_equal(parent_of(inherited, fresh), expected)
-    np.testing.assert_array_equal(parent_of(inherited, inherited + 3), inherited + 3)
+    fresh, expected, side = inherited.copy(), inherited.copy(), round(least**0.5)
+    fresh[10:10 + side, 50:50 + side] += 1.1 * apart
+    expected[10:10 + side, 50:50 + side] += 1.1 * apart
+    fresh[10:10 + side, 10:10 + side] += 0.9 * apart            # differs little
+    fresh[60:60 + side // 2, 100:100 + side] -= 3               # too small
+    for left in (130, 150, 170):
+        fresh[:, left:left + square - 1] = 20                   # too thin
+    np.testing.assert_array_equal(parent_of(inherited, fresh, noisy), expected)
+    np.testing.assert_array_equal(parent_of(inherited, inherited + 3, noisy), inherited + 3)
 
 
 def test_a_region_that_was_wrong_in_the_frame_before_is_no_parent_of_the_next_one(monkeypatch):
