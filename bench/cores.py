@@ -55,11 +55,11 @@ def scheduled(parts, cores):
     """
     Return when the last of some parts ends, each of which the first free core takes: ms.
 
-    parts: [(ms, need)]; a part begins once the first `need` parts have ended
+    parts: [(ms, need)]; a part begins once the first `need` parts, if above 0, have ended
     """
     free, ended = [0.0] * cores, [0.0]      # when cores are; when all of the first parts have
     for milliseconds, need in parts:
-        end = max(free[0], ended[need]) + milliseconds
+        end = max(free[0], ended[max(need, 0)]) + milliseconds
         heapreplace(free, end)
         ended.append(max(ended[-1], end))
     return ended[-1]

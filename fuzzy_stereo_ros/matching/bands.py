@@ -13,6 +13,7 @@ import time
 from weakref import finalize
 
 _FEWEST_ROWS = 64   # below this a band is mostly overlap
+NOTHING = -2**30    # what an item of a `Chain` needs that needs no stage before
 _TRIAL = 12         # frames at each place in a trial
 _REST = 48          # frames from a trial to the next, if times change in between
 _LONGEST_REST = 384     # frames from a trial to the next, if they do not
@@ -99,7 +100,7 @@ class ThreadPool:
         needs: for each item, how many of the first items must be done before it begins, all of
         which come before it; None if the items are independent
         """
-        if needs is not None:
+        if needs is not None and self.threads > 1:
             work, items = _Ordered(work, items, needs), range(len(items))
         begun, left = time.perf_counter(), len(items)
         rest, done = iter(items), SimpleQueue()
@@ -146,6 +147,56 @@ class ThreadPool:
         self._end()
         for helper in self._helpers:
             helper.join()
+
+
+class Chain:
+    """
+    Stages that threads run in one call of `ThreadPool.each`, and so wait less for each other.
+
+    A stage that calls `each` of a chain, in the place of a pool's, is run later, after those that
+    did so before it.
+
+    threads: those of the pool
+    """
+
+    def __init__(self, pool):
+        """Begin without stages of a ThreadPool."""
+        self.threads, self._pool = pool.threads, pool
+        self._calls, self._needs = [], []
+
+    def __len__(self):
+        """Return how many items the stages have."""
+        return len(self._calls)
+
+    def each(self, work, items, needs=None):
+        """
+        Add a stage, as `ThreadPool.each` runs it.
+
+        needs: as there, from the first item of the stage on; below 0 some of the last items of
+        the stages before need not be done, with NOTHING none of them; None: all must be done
+        """
+        begun = len(self)
+        self._calls += [(work, item) for item in items]
+        self._needs += ([begun] * (len(self) - begun) if needs is None
+                        else [begun + need for need in needs])
+
+    def run(self):
+        """Run the stages; return when all are done."""
+        self._pool.each(_call, self._calls, self._needs)
+
+
+def _call(call):
+    work, item = call
+    work(item)
+
+
+def beside(bands, reach=0):
+    """
+    Return what items of a `Chain` need whose stage before has the same bands: see `Chain.each`.
+
+    reach: how many of the next bands they read, too
+    """
+    return [min(index + 1 + reach, len(bands)) - len(bands) for index, _, _ in bands]
 
 
 class _Ordered:

@@ -13,7 +13,7 @@ one shift, which phase correlation finds; where it moves otherwise, nothing is a
 from typing import NamedTuple
 
 import cv2
-from fuzzy_stereo_ros.matching.bands import cut_bands
+from fuzzy_stereo_ros.matching.bands import Chain, cut_parts
 from fuzzy_stereo_ros.matching.kernels.possibility.features import MARGIN
 from fuzzy_stereo_ros.matching.kernels.temporal.both_views import (
     ages_of_both, changes_alike, reject_pointed_at)
@@ -112,7 +112,7 @@ class Averaging:
         """Allocate for images of a size; offset: of disparities from labels, px."""
         shape = -(-rows // TILE), -(-columns // TILE)
         self.bands = [(index, -(-first // TILE), -(-last // TILE))
-                      for index, first, last in cut_bands(rows)]
+                      for index, first, last in cut_parts(rows)]
         self._motion, self._size, self._offset = Motion(rows, columns), (rows, columns), offset
         self._alike = np.zeros(shape, np.float32)
         self.ages_of_both = np.ones(shape, np.float32)
@@ -195,13 +195,18 @@ class Averaging:
                               band[1], band[2])
                 if number == 1:
                     roughness(view.luminance, view.columns, tiles.rough, band[1], band[2])
-        pool.each(compare, self.bands)
-        self.noise = 0.0
-        for tiles in self.tiles:
+
+        def choose(side):
+            tiles = self.tiles[side]
             differences = tiles.differences[:number]
-            self.noise = max(self.noise, tile_noises(differences, tiles.rough, tiles.noises))
+            noises[side] = tile_noises(differences, tiles.rough, tiles.noises)
             choose_tiles(differences, tiles.ages_then[:number], tiles.noises, tuple(RULES),
                          tiles.choices, tiles.ages, tiles.sizes)
+        chain, noises = Chain(pool), [0.0, 0.0]
+        chain.each(compare, self.bands)
+        chain.each(choose, range(2))
+        chain.run()
+        self.noise = max(0.0, *noises)
         if history.labels is not None and self.noise > FAINT:
             self._reject_alike(pool, views, history)
         return [float(np.mean(tiles.choices >= 0)) for tiles in self.tiles]

@@ -44,18 +44,23 @@ class CensusFitness:
         """
         Return the fitness of a chromosome: 1 where all is fully possible and smooth, else lower.
 
-        every: row step of the sample; gains of crossover are exact
+        pool: a ThreadPool, or a Chain, which writes it; every: row step of the sample; gains of
+        crossover are exact
         """
-        totals = np.zeros((len(self._bands), 2), np.int64)
+        totals, fitness = np.zeros((len(self._bands), 2), np.int64), np.zeros(1)
 
         def measure_band(band):
             gene_cost.gene_costs(
                 *self._kernel_arguments(), chromosome, self._costs, every, band[1], band[2])
             totals[band[0]] = gene_cost.row_costs(
                 *self._possibility.penalties, chromosome, self._costs, every, band[1], band[2])
+
+        def sum_up(totals):
+            total, number = totals.sum(axis=0)
+            fitness[0] = 1 - int(total) / (self.largest_cost * int(number))
         pool.each(measure_band, self._bands)
-        total, number = totals.sum(axis=0)
-        return 1 - int(total) / (self.largest_cost * int(number))
+        pool.each(sum_up, [totals])
+        return fitness
 
     def cross(self, pool, crossover, random, first, second):
         """

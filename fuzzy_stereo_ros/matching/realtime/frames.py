@@ -15,7 +15,7 @@ which inherited genes are no longer fitter return to that map.
 from typing import NamedTuple
 
 from fuzzy_stereo_ros.matching.arrays import zeros
-from fuzzy_stereo_ros.matching.bands import cut_bands, widened
+from fuzzy_stereo_ros.matching.bands import cut_parts, widened
 from fuzzy_stereo_ros.matching.crossover import Cut, Exchange
 from fuzzy_stereo_ros.matching.evolution import Durations, evolve, Stopwatch
 from fuzzy_stereo_ros.matching.kernels.planes import costs, grid, grid_labels
@@ -79,7 +79,7 @@ class FrameEvolution:
         """Allocate; possibility: the `CensusPossibility` of full images."""
         shape = self._shape = rows // 2, columns // 2
         cells, most = shape[0] * shape[1], shape[0] * shape[1] // SMALLEST + 1
-        self._possibility, self._bands = possibility, cut_bands(shape[0])
+        self._possibility, self._bands = possibility, cut_parts(shape[0])
         self._highest = np.float32(possibility.disparities - 1)
         self._exchange = Exchange(*shape, 4)
         self._cut = Cut(*shape, 4)
@@ -109,6 +109,9 @@ class FrameEvolution:
         steps = np.arange(16 * ROOT_PARTS + 1) * (16 / ROOT_PARTS)
         self._by_step = np.float32(
             SMOOTH * costs.UNIT * np.maximum(np.exp(-steps / EDGE), LEAST_EDGE))
+        # which states may keep: memory of its own
+        self._unevolved = Genes(
+            np.zeros((*shape, 3), np.float32), *np.zeros((2, *shape), np.uint8), None)
         self.carried, self.fitness, self.converged = None, zeros(1), True
         self._durations = Durations()
 
@@ -134,12 +137,11 @@ class FrameEvolution:
         quiet = history.ages >= min((history.noise / QUIET)**2, OLDEST)
         self._quiet = (quiet & (history.strengths > 0)).astype(np.uint8)
         self.converged = previous is None or not self._quiet.any()
-        make = np.zeros if self.converged else np.empty
-        self.carried = Genes(
-            make((*self._shape, 3), np.float32), *(make(self._shape, np.uint8) for _ in range(2)),
-            np.array([down & 1, right & 1], np.uint8))
+        origin = np.array([down & 1, right & 1], np.uint8)
         if self.converged:
+            self.carried = self._unevolved._replace(origin=origin)
             return False
+        self.carried = Genes(*map(np.empty_like, self._unevolved[:3]), origin)
         pool.each(lambda band: grid.move_genes(
             tuple(previous), history.choices, self._quiet, (down >> 1, right >> 1),
             tuple(self.carried), band[1], band[2]), self._bands)
@@ -226,12 +228,13 @@ class FrameEvolution:
             self._accept(self._cut.regions, random, False)
 
     def _grown(self, random):
-        """Return the regions of random thresholds, as `GreyRegions.grow` does."""
+        """Return the regions of random thresholds, as `GreyRegions.grown`."""
         draws = random.uniform(2)
         step = int(STEPS[0] * (STEPS[1] / STEPS[0])**draws[0])
         apart = int(step * (APART[0] + (APART[1] - APART[0]) * draws[1]))
-        return self._grey_regions.grow(self._pool, self._half_luminance, self._everywhere,
-                                       Likeness(step, apart, OVERLAP), SMALLEST)
+        self._grey_regions.grow(self._pool, self._half_luminance, self._everywhere,
+                                Likeness(step, apart, OVERLAP), SMALLEST)
+        return self._grey_regions.grown
 
     def _measure(self):
         """Write the costs of the matches of the genes and of the proposal, where selected."""

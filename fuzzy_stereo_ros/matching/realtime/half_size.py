@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import cv2
 from fuzzy_stereo_ros.matching.arrays import zeros
-from fuzzy_stereo_ros.matching.bands import cut_parts, filter_band, widened
+from fuzzy_stereo_ros.matching.bands import beside, filter_band, widened
 from fuzzy_stereo_ros.matching.kernels.possibility.costs import Prior
 from fuzzy_stereo_ros.matching.kernels.refinement import filling
 from fuzzy_stereo_ros.matching.kernels.refinement.consistency import check_consistency
@@ -77,6 +77,7 @@ class HalfSize:
         """
         Return the `HalfSizeResult` of the pair that the possibility was filled with.
 
+        pool: a ThreadPool, or a Chain, which completes the result;
         target_range: the first and the last column of the full target that exist; grey: uint8,
         full left; noise: of it, grey levels, standard deviation, which is no texture
         """
@@ -104,13 +105,18 @@ class HalfSize:
             disparity_ranges.half_prior(
                 self._labels, (chosen.labels, chosen.offsets, chosen.margins), self._validity,
                 self.weak, self._smooth, CLEAR, (prior.labels, prior.weights), first, last)
+        bands = self._scanlines.bands
         self._scanlines.search(pool)
-        pool.each(finish, self._scanlines.bands)
-        self._speckles.join(chosen.labels, 1)
-        pool.each(fill, self._scanlines.bands)
-        pool.each(write_limits, cut_parts(rows))
+        pool.each(finish, bands, self._scanlines.ready)
+        pool.each(lambda step: self._speckles.join(chosen.labels, step), [1])
+        pool.each(fill, bands)
+        pool.each(write_limits, bands, beside(bands, 1))
         return HalfSizeResult(self._labels, self._validity, chosen, prior)
 
     def mutate(self, pool, mutation, target_range):
-        """Give the map and the prior of the last search what a mutation (Stages.vote) takes."""
+        """
+        Give the map and the prior of the last search what a mutation (Stages.vote) takes.
+
+        pool: a ThreadPool, or the Chain of the search
+        """
         mutation.mutate(pool, target_range, self._labels, self._prior, VOTED)

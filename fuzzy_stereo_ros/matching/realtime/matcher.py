@@ -13,7 +13,7 @@ from dataclasses import replace
 from functools import partial
 from typing import NamedTuple
 
-from fuzzy_stereo_ros.matching.bands import ThreadPool
+from fuzzy_stereo_ros.matching.bands import Chain, ThreadPool
 from fuzzy_stereo_ros.matching.crossover import Regions
 from fuzzy_stereo_ros.matching.evolution import Durations, evolve, Random, Stopwatch
 from fuzzy_stereo_ros.matching.match import Match
@@ -129,30 +129,39 @@ class RealtimeMatcher:
         views.smooth(pool)
         views.describe(pool, self._stages.describe)
         watch.lap('possibility')
-        half = self._half_size.search(
-            pool, views.target_range, views.full.left.grey, views.noise)
+        chain = Chain(pool)
         if self._stages.vote is not None:
-            self._half_size.mutate(pool, self._plain, views.target_range)
+            self._plain.find(chain)
+        half = self._half_size.search(
+            chain, views.target_range, views.full.left.grey, views.noise)
+        if self._stages.vote is not None:
+            self._half_size.mutate(chain, self._plain, views.target_range)
+        chain.run()
         self._search.limit(half.labels)
         previous_prior = self._stages.previous_best(warm, pool, previous, half)
         watch.lap('coarse')
-        chosen = self._search.search(pool, half.prior, previous_prior)
+        chain, bands, validity = Chain(pool), self._search.bands, self._refinement.validity
+        chosen = self._search.search(chain, half.prior, previous_prior)
 
         def finish(band):
             self._search.finish(band)
             self._refinement.check(chosen, views.target_range, config, band)
-        pool.each(finish, self._search.bands)
-        watch.lap(self._search.stage)
-        validity = self._refinement.validity
-        self._refinement.join_speckles(chosen, config)
 
         def fill(band):
             self._refinement.reject_speckles(config, band)
             self.population.fill(chosen.labels, validity, band)
-        pool.each(fill, self._search.bands)
+        chain.each(finish, bands, self._search.ready)
+        if self._stages.mutation is not None:
+            self._regions.grow(chain, views.half.left.luminance, self._half_size.weak)
+        self._refinement.join_speckles(chain, chosen, config)
+        chain.each(fill, bands)
+        filled = len(chain)
         self._fitness.set_pair(views.target_range)
-        self.population.measure(pool)
-        watch.lap('seeds')
+        self.population.measure(chain)
+        if self._stages.mutation is not None:
+            self._regions.gather(chain, chosen, validity, filled - len(chain))
+        chain.run()
+        watch.lap(self._search.stage)
         budget = budget.reserving(self._durations[REFINING])
         operators = {} if self._stages.mutation is None else {'planes': self._mutate}
         history = evolve(self.population, operators, random, budget, observe, self._durations)
@@ -167,9 +176,11 @@ class RealtimeMatcher:
             history += [replace(row, number=row.number + len(history)) for row in planes]
             watch.lap('evolution')
         before = sum(watch.times.values())
-        labels = self._refinement.smooth(pool, chosen.labels, best, views.full.left.grey)
+        chain = Chain(pool)
+        labels = self._refinement.smooth(chain, chosen.labels, best, views.full.left.grey)
         disparity, confidence = self._refinement.write(
-            pool, labels, chosen, warm.prior_margins, config)
+            chain, labels, chosen, warm.prior_margins, config)
+        chain.run()
         watch.lap('refinement')
         match = Match(disparity, confidence, history, watch.times,
                       previous_prior is not None or inherited, warm.motion)
@@ -186,16 +197,13 @@ class RealtimeMatcher:
 
     def fitness_of(self, chromosome):
         """Return the fitness of a chromosome on the last pair, measured on every row."""
-        return self._fitness.measure(self.pool, chromosome, every=1)
+        return self._fitness.measure(self.pool, chromosome, every=1)[0]
 
     def _mutate(self, population, random):
         """Propose planes to the regions of weak texture, and take those that are fitter."""
-        half = self._views.half.left
-        grown = self._regions.grow(self.pool, half.luminance, self._half_size.weak)
         mutant = self._regions.mutant(
-            self.pool, grown, self._search.chosen, self._refinement.validity,
-            self._config.disparities, self._views.target_range, population.genes[population.best],
-            Random((self._config.seed,)))
+            self.pool, self._config.disparities, self._views.target_range,
+            population.genes[population.best], Random((self._config.seed,)))
         population.accept(self.pool, self._crossover, random, mutant)
 
     @property

@@ -11,7 +11,7 @@ with the mutant takes the regions that are fitter.
 from itertools import pairwise
 
 from fuzzy_stereo_ros.matching.arrays import zeros
-from fuzzy_stereo_ros.matching.bands import cut_bands, cut_parts
+from fuzzy_stereo_ros.matching.bands import Chain, cut_parts, NOTHING
 from fuzzy_stereo_ros.matching.kernels.planes import segments
 from fuzzy_stereo_ros.matching.kernels.refinement import filling
 import numpy as np
@@ -49,9 +49,8 @@ class Population:
         filling.fill_rows(labels, validity, self.genes[0], band[1], band[2])
 
     def measure(self, pool):
-        """Measure the fitness, once all bands are filled."""
-        self.fitness = np.full(1, self._measure.measure(pool, self.genes[0]))
-        self.converged = False
+        """Measure the fitness, once all bands are filled; pool: a ThreadPool, or a Chain."""
+        self.fitness, self.converged = self._measure.measure(pool, self.genes[0]), False
 
     def accept(self, pool, crossover, random, mutant):
         """Take the genes of a mutant, (R, C) labels, that a crossover chooses."""
@@ -60,7 +59,11 @@ class Population:
 
 
 class GreyRegions:
-    """Regions of like grey in half-size pictures of one size."""
+    """
+    Regions of like grey in half-size pictures of one size.
+
+    number: of those grown
+    """
 
     def __init__(self, rows, columns):
         """Allocate for half-size pictures of a size."""
@@ -71,19 +74,28 @@ class GreyRegions:
         self._row_runs = zeros((rows, 2), np.int32)
         self._sums = zeros((len(self._bands), 2, columns + 1), np.int32)
 
-    def grow(self, pool, luminance, weak, likeness, least):
+    def grow(self, pool, luminance, weak, likeness, least, need=0):
         """
-        Return the fields of the `Regions` of a picture, as kernels take them, and how many.
+        Grow the regions of a picture.
 
-        luminance: uint16, the picture with a margin; weak: uint8 (r, c or more), where regions may
-        lie; likeness: a `Likeness`, of runs; least: pixels of a region
+        pool: a ThreadPool, or a Chain; luminance: uint16, the picture with a margin; weak: uint8
+        (r, c or more), where regions may lie; likeness: a `Likeness`, of runs; least: pixels of a
+        region; need: of all of its items, see `Chain.each`
         """
         runs, likeness = (self._begin, self._end, self._parent, self._row_runs), tuple(likeness)
+
+        def join(edges):
+            segments.join_runs(luminance, likeness, runs, self._sums[0], edges)
+            self.number = segments.number_regions(runs, least, self._size, self._region)
         pool.each(lambda band: segments.find_runs(
-            luminance, weak, likeness, runs, self._sums[band[0]], band[1], band[2]), self._bands)
-        segments.join_runs(luminance, likeness, runs, self._sums[0], self._edges)
-        number = segments.number_regions(runs, least, self._size, self._region)
-        return (self._begin, self._end, self._row_runs, self._region), number
+            luminance, weak, likeness, runs, self._sums[band[0]], band[1], band[2]),
+            self._bands, [need] * len(self._bands))
+        pool.each(join, [self._edges])
+
+    @property
+    def grown(self):
+        """The fields of their `Regions`, as kernels take them, and how many there are."""
+        return (self._begin, self._end, self._row_runs, self._region), self.number
 
 
 class WeakRegions:
@@ -100,26 +112,35 @@ class WeakRegions:
 
     def grow(self, pool, luminance, weak):
         """
-        Return the regions of a picture, as `GreyRegions.grow` does.
+        Grow the regions of a picture, as `GreyRegions.grow` does, beside the stages before.
 
         luminance: uint16, the half-size picture with a margin; weak: uint8 (r, c), where texture
         is weak
         """
-        return self._regions.grow(pool, luminance, weak, LIKENESS, LEAST)
+        self._regions.grow(pool, luminance, weak, LIKENESS, LEAST, NOTHING)
 
-    def mutant(self, pool, grown, chosen, validity, disparities, target_range, parent, random):
+    def gather(self, pool, chosen, validity, need):
         """
-        Return a chromosome whose regions lie in planes: (R, C) labels.
+        Gather matches of the regions, once these are grown.
 
-        grown: the regions; chosen, validity: the `SearchResult`, and which of its labels are
-        consistent; target_range: first and last column of the target that exist; parent: the
-        other genes
+        pool: a ThreadPool, or a Chain; chosen, validity: the `SearchResult`, and which of its
+        labels are consistent; need: see `Chain.each`
         """
-        regions, number = grown
+        def gather(validity):
+            regions, number = self._regions.grown
+            segments.gather_points(
+                regions, POINTS, chosen.labels, chosen.offsets, validity, self._tally[:number],
+                self._starts[:number + 1], self._points)
+        pool.each(gather, [validity], [need])
+
+    def mutant(self, pool, disparities, target_range, parent, random):
+        """
+        Return a chromosome whose regions lie in planes of the matches gathered: (R, C) labels.
+
+        target_range: first and last column of the target that exist; parent: the other genes
+        """
+        regions, number = self._regions.grown
         planes, mutant, starts = self._planes[:number], self._mutant, self._starts[:number + 1]
-        segments.gather_points(
-            regions, POINTS, chosen.labels, chosen.offsets, validity, self._tally[:number],
-            starts, self._points)
         edges = np.searchsorted(starts, starts[-1] * np.arange(PARTS) / PARTS).tolist()
 
         def write(band):
@@ -127,8 +148,10 @@ class WeakRegions:
             mutant[first:last] = parent[first:last]
             segments.write_mutant(
                 regions, planes, disparities, target_range, mutant, first // 2, last // 2)
-        pool.each(lambda part: segments.fit_planes(
+        chain = Chain(pool)
+        chain.each(lambda part: segments.fit_planes(
             self._points, starts, (ROUNDS, AGREEMENT, ENOUGH, random.key), SHARE, planes, *part),
             list(pairwise([*edges, number])))
-        pool.each(write, cut_bands(len(parent), 2))
+        chain.each(write, cut_parts(len(parent), 2))
+        chain.run()
         return mutant

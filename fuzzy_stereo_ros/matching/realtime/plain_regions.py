@@ -9,8 +9,11 @@ determine its disparity. A region takes the plane that its pixels vote for where
 exceeds that of the half-size map. The plane is written into that map and is a prior of the full
 search, which so uses the same evidence. Regions that single windows can match are left alone.
 """
+from functools import partial
+from typing import NamedTuple
+
 from fuzzy_stereo_ros.matching.arrays import zeros
-from fuzzy_stereo_ros.matching.bands import cut_parts, widened
+from fuzzy_stereo_ros.matching.bands import beside, cut_parts, widened
 from fuzzy_stereo_ros.matching.kernels.planes import plain_masks, plain_regions as kernels
 from fuzzy_stereo_ros.matching.kernels.planes.region_votes import judge
 from fuzzy_stereo_ros.matching.kernels.planes.segments import Likeness
@@ -24,6 +27,7 @@ NEAREST = 3          # px of disparity; below it vignette, dust and the sensor's
 LEAST = 0.01         # of the picture, for a region to vote
 ANY_GREY = Likeness(step=2**16, apart=2**16, overlap=1)     # of the plain pixels of a region
 CLIP, LEAST_CLIP = 3.75, 12   # of mean sizes at which a band is clipped; in 1/64 grey level
+PARTS = 8            # of the regions, for threads
 
 
 class Texture:
@@ -72,6 +76,22 @@ class Texture:
         return self._totals.sum(axis=0).tolist()
 
 
+class Found(NamedTuple):
+    """
+    The plain regions of a pair.
+
+    regions: the fields of segments.Regions; places, starts: of list_cells; votes: the fields of
+    Votes; planes: float64 (regions, 3), see judge; accepted: uint8 (cells,), which take them
+    """
+
+    regions: tuple
+    places: np.ndarray
+    starts: np.ndarray
+    votes: tuple
+    planes: np.ndarray
+    accepted: np.ndarray
+
+
 class PlainRegions:
     """
     The mutation of one image size and its memory.
@@ -93,63 +113,71 @@ class PlainRegions:
         self._least = max(int(LEAST * rows * columns), 1)
         self._cells = -(-rows // kernels.ROWS), -(-2 * columns // kernels.COLUMNS)
         self._base = full.left.columns - 1
-        self.figures = zeros((0, 5))
+        self._found, self.figures = None, zeros((0, 5))
+
+    def find(self, pool):
+        """Find the plain regions of the left view; pool: a ThreadPool, or a Chain."""
+        left = self._left
+        pool.each(lambda band: left.mark(*band[1:]), self._bands)
+        self._regions.grow(pool, left.half.luminance, left.plain.mask, ANY_GREY, self._least)
+        pool.each(self._list, [self._cells])
 
     def mutate(self, pool, target_range, half_labels, prior, weight):
         """
-        Give plain regions the planes that they vote for; return whether any takes one.
+        Give the plain regions, once found, the planes that they vote for.
 
-        target_range: the first and the last column of the target that exist; half_labels: (r, c),
-        the half-size map, and prior: the `Prior` of the full search, both written; weight: of the
-        prior there
+        pool: a ThreadPool, or the Chain of `find`; target_range: the first and the last column of
+        the target that exist; half_labels: (r, c), the half-size map, and prior: the `Prior` of
+        the full search, both written; weight: of the prior there
         """
-        left, bands = self._left, self._bands
-        pool.each(lambda band: left.mark(*band[1:]), bands)
-        regions, number = self._regions.grow(pool, left.half.luminance, left.plain.mask, ANY_GREY,
-                                             self._least)
-        if number == 0:
-            return False
-        planes, cells = self._vote(pool, target_range, half_labels, regions, number)
-        if np.isnan(planes[:, 0]).all():
-            return False
-        pool.each(lambda band: kernels.write_planes(
-            regions, cells, planes, (half_labels, self._half_disparities),
-            (prior.labels, self._disparities), prior.weights, weight, *band[1:]), bands)
-        return True
-
-    def _vote(self, pool, target_range, half_labels, regions, number):
-        """Return the planes of regions, and the cells that accept them, see write_planes."""
         left, right, bands = self._left, self._right, self._bands
         first, last = self._base - target_range[1], self._base - target_range[0]
         columns = (0, left.view.columns - 1), (max(first, 0), min(last, right.view.columns - 1))
+        target = right.bands.values, right.bands.seen, self._base
 
-        def split(band):
+        def split(found, band):
             right.mark(*widened(band, kernels.REACH, len(right.plain.mask)))
             for texture, existing in zip((left, right), columns):
                 texture.split(existing, band)
-        pool.each(split, bands)
-        places, starts = np.empty((number, *self._cells), np.int32), np.zeros(number + 1, np.int32)
+
+        def vote(found, band):
+            for texture in (left, right):
+                texture.quantise(texture.sums(), band)
+            kernels.vote(left.bands.values, target, found.regions, found.places, half_labels,
+                         found.votes, *band[1:])
+
+        def judge_some(found, part):
+            power = np.array([square / max(count, 1) for _, count, square in right.sums()])
+            for region in range(part, len(found.planes), PARTS):
+                judge(found.votes, (found.places[region], *found.starts[region:region + 2]),
+                      self._disparities, self._nearest, power, found.planes[region],
+                      self.figures[region], found.accepted)
+
+        def write(found, band):
+            kernels.write_planes(
+                found.regions, (found.places, found.accepted), found.planes,
+                (half_labels, self._half_disparities), (prior.labels, self._disparities),
+                prior.weights, weight, *band[1:])
+        pool.each(partial(self._call, split), bands, beside(bands))
+        for work, items in ((vote, bands), (judge_some, range(PARTS)), (write, bands)):
+            pool.each(partial(self._call, work), items)
+
+    def _call(self, work, item):
+        """Call some work with what was found, if there are regions, and an item."""
+        if self._found is not None:
+            work(self._found, item)
+
+    def _list(self, sides):
+        """List the cells that the regions reach into; sides: rows and columns of cells."""
+        regions, number = self._regions.grown
+        self._found, self.figures = None, np.zeros((number, 5))
+        if number == 0:
+            return
+        places, starts = np.empty((number, *sides), np.int32), np.zeros(number + 1, np.int32)
         cells = kernels.list_cells(regions, places, starts)
         votes = tuple(kernels.Votes(
             np.zeros((cells, kernels.BANDS, self._labels), np.int16),
             np.zeros((cells, self._labels), np.int16),
             np.zeros((cells, 4 + kernels.BANDS), np.int32)))
-        target = right.bands.values, right.bands.seen, self._base
-        quantised = [(texture, texture.sums()) for texture in (left, right)]
-
-        def vote(band):
-            for texture, of_bands in quantised:
-                texture.quantise(of_bands, band)
-            kernels.vote(left.bands.values, target, regions, places, half_labels, votes,
-                         *band[1:])
-        pool.each(vote, bands)
-        planes, self.figures = np.empty((number, 3)), np.zeros((number, 5))
-        accepted = np.zeros(cells, np.uint8)
-        power = np.array([square / max(count, 1) for _, count, square in right.sums()])
-
-        def judge_region(region):
-            judge(votes, (places[region], starts[region], starts[region + 1]),
-                  self._disparities, self._nearest, power, planes[region], self.figures[region],
-                  accepted)
-        pool.each(judge_region, range(number))
-        return planes, (places, accepted)
+        self._found = Found(regions, places, starts, votes, np.empty((number, 3)),
+                            np.zeros(cells, np.uint8))

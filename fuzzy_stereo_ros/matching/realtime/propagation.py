@@ -22,7 +22,7 @@ class Propagation:
     def __init__(self, possibility, tile):
         """Allocate for the size of a possibility; tile: rows that bands have a multiple of."""
         self._possibility, self.chosen = possibility, new_result(possibility)
-        self.bands = cut_bands(possibility.rows, tile)
+        self.bands, self.ready = cut_bands(possibility.rows, tile), None
         self._last_parent = 2 * (half_disparities(possibility.disparities) - 1)
         sizes = kernels.sizes(possibility.disparities, self.chosen.target.shape[1])
         self._memory, self._tiles = zip(*(_tile(sizes) for _ in self.bands))

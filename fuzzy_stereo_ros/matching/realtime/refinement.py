@@ -10,7 +10,8 @@ from functools import partial
 
 import cv2
 from fuzzy_stereo_ros.matching.arrays import zeros
-from fuzzy_stereo_ros.matching.bands import cut_bands, cut_parts, filter_band, widened
+from fuzzy_stereo_ros.matching.bands import (
+    beside, cut_bands, cut_parts, filter_band, widened)
 from fuzzy_stereo_ros.matching.kernels.refinement import filling, subpixel
 from fuzzy_stereo_ros.matching.kernels.refinement.consistency import (
     check_consistency, find_components, join_components, reject_changed, reject_small)
@@ -119,10 +120,11 @@ class Refinement:
         if config.speckle_size > 1:
             self._speckles.find(chosen.labels, self.validity, config.speckle_range, band)
 
-    def join_speckles(self, chosen, config):
+    def join_speckles(self, pool, chosen, config):
         """Join the speckles of bands that touch, once all bands are checked."""
         if config.speckle_size > 1:
-            self._speckles.join(chosen.labels, config.speckle_range)
+            pool.each(lambda step: self._speckles.join(chosen.labels, step),
+                      [config.speckle_range])
 
     def reject_speckles(self, config, band):
         """Set the validity of the speckles of a band, once all are joined."""
@@ -160,8 +162,9 @@ class Refinement:
         """
         Return the disparity and the confidence of the result.
 
-        labels: (R, C), smooth; chosen: the `SearchResult`, with sub-pixel offsets and margins;
-        prior_margins: see WarmStart.prior_margins.
+        pool: a ThreadPool, or the Chain of `smooth`; labels: (R, C), smooth; chosen: the
+        `SearchResult`, with sub-pixel offsets and margins; prior_margins: see
+        WarmStart.prior_margins.
         disparity: float32 (R, C), px, NaN = invalid; confidence: float32 (R, C), 0 to 1
         """
         disparity, confidence = (np.empty(labels.shape, np.float32) for _ in range(2))
@@ -183,5 +186,5 @@ class Refinement:
             subpixel.write_out(
                 self._fine, self.final_validity, self._around, self._agreeing, rules, disparity,
                 confidence, *band[1:])
-        pool.each(write_band, self._parts)
+        pool.each(write_band, self._parts, beside(self._parts))
         return disparity, confidence

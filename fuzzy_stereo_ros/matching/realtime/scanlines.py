@@ -6,8 +6,10 @@ The scanline chromosome: the best map that the data of one pair give.
 Not in the paper, whose random population does not converge in the time of a frame. Four scanline
 passes (Hirschmueller, 2008) take its place, a memetic step on all rows and columns.
 """
+from functools import cached_property
+
 from fuzzy_stereo_ros.matching.arrays import zeros
-from fuzzy_stereo_ros.matching.bands import cut_parts
+from fuzzy_stereo_ros.matching.bands import cut_parts, NOTHING
 from fuzzy_stereo_ros.matching.kernels.addresses import address_of
 from fuzzy_stereo_ros.matching.kernels.possibility.costs import Prior
 from fuzzy_stereo_ros.matching.kernels.scanlines.column_paths import (
@@ -16,7 +18,7 @@ from fuzzy_stereo_ros.matching.kernels.scanlines.disparity_ranges import tile_wi
 from fuzzy_stereo_ros.matching.kernels.scanlines.row_paths import across
 from fuzzy_stereo_ros.matching.kernels.scanlines.tile_paths import ROWS_AT_ONCE
 from fuzzy_stereo_ros.matching.kernels.scanlines.volume import (
-    blocks_of, Scratch, Search, SearchResult, Windows)
+    blocks_of, place_windows, Scratch, Search, SearchResult, Windows)
 from fuzzy_stereo_ros.matching.kernels.simd import LANES
 from fuzzy_stereo_ros.matching.realtime.views import half_disparities
 import numpy as np
@@ -28,7 +30,7 @@ SHIFT = 448          # bytes
 OVERLAP = 16         # rows by which paths from below start early
 PART = 16            # rows that a thread begins at a time
 GROW, MARGIN = 8, 4  # px around a tile whose labels it searches too; labels around its range
-STEP = 4 << 20       # bytes of costs of the rows of tiles that are completed at a time, if several
+STEP = 1 << 20       # bytes of costs of the rows of tiles that are completed at a time, if several
 
 
 def gene_type(disparities):
@@ -86,7 +88,9 @@ class Scanlines:
         strip = min(tile, rows) * row
         at_a_time = min(max(STEP // strip, 1), tiles[0])
         kept = min(2 * at_a_time + -(-(OVERLAP + PART - 1) // tile), tiles[0])
-        self._items, self._needs = self._cut(rows, *tiles, at_a_time, kept)
+        self._items, self._needs, completed = self._cut(rows, *tiles, at_a_time, kept)
+        self.ready = [completed[(last - 1) // tile] - len(self._items)
+                      for _, _, last in self.bands]
         self._numbers = {'strip': strip, 'kept': kept, 'chain': LANES * self.most_blocks,
                          'words': columns + LANES}
         self._shared, self._shared_memory = _placed(
@@ -110,9 +114,10 @@ class Scanlines:
         """
         Run the passes; return the `SearchResult`, memory that the next search overwrites.
 
-        It is complete once each of the `bands` is finished. Priors: None for none.
+        pool: a ThreadPool, or a Chain whose next stage finishes each of the `bands`, which needs
+        what `ready` says. Then the result is complete. Priors: None for none.
         """
-        self._pack()
+        place_windows(tuple(self.windows), self.chosen.labels.shape[1], self.tile, PAGE, SHIFT)
         # Kept alive: the kernels have only their addresses.
         self._priors = half_prior or self.no_prior, previous_prior or self.no_prior
         self._search = tuple(self.search_by(*self._priors))
@@ -137,6 +142,8 @@ class Scanlines:
         """
         Return the items of a search, and how many of the first items each needs, see `each`.
 
+        The third result is after how many items each row of tiles is complete.
+
         An item is a function, called with the Search, a Scratch and the rest of it. Some rows of
         tiles are completed, column by column, while the next ones are begun: what is completed is
         still in the cache, and hardly any item waits for those just before it.
@@ -144,13 +151,13 @@ class Scanlines:
         parts = [(top, min(top + PART, rows)) for top in range(0, rows, PART)]
         ends = *range(at_a_time, tile_rows, at_a_time), tile_rows
         items, needs, begun, done, before = [], [], 0, 0, 0
-        completed = [0] * tile_rows     # after how many items
+        completed = [0] * tile_rows
         for end, ahead in zip((0, *ends), (*ends, tile_rows)):
             first, begun = begun, -(-min(ahead * self.tile + OVERLAP, rows) // PART)
             for part in parts[first:begun]:
                 overwritten = (part[1] - 1) // self.tile - kept
                 items.append((across, *part))
-                needs.append(completed[overwritten] if overwritten >= 0 else 0)
+                needs.append(completed[overwritten] if overwritten >= 0 else NOTHING)
             start = len(items)
             if end > done:
                 starts = tuple(min((tile_row + 1) * self.tile + OVERLAP, rows) - 1
@@ -159,16 +166,7 @@ class Scanlines:
                 needs += (before + (tile + 1 if done > 0 else 0) for tile in range(tile_columns))
             completed[done:end] = [len(items)] * (end - done)
             done, before = end, start
-        return items, needs
-
-    def _pack(self):
-        """Place the costs of the tiles one behind the other in a row of pixels."""
-        columns, windows = self.chosen.labels.shape[1], self.windows
-        widths = np.minimum(self.tile, columns - np.arange(0, columns, self.tile))
-        sizes = windows.blocks * LANES * widths
-        windows.offset[:] = np.cumsum(sizes, axis=1) - sizes
-        used = sizes.sum(axis=1)
-        windows.row_size[:] = used + (SHIFT - used) % PAGE
+        return items, needs, completed
 
     def _reserve(self, threads):
         """Have working memory for so many threads."""
@@ -188,16 +186,21 @@ class Scanlines:
 
     def search_by(self, half_prior, previous_prior):
         """Return the Search of two priors; it has addresses of arrays here and in the priors."""
-        features, model = self.possibility.features, self.possibility.model
-        penalties, windows, chosen = self.possibility.penalties, self.windows, self.chosen
+        features, model, chosen = self.possibility.features, self.possibility.model, self.chosen
+        penalties, windows_and_chosen = self._own_addresses
         return Search(
             *chosen.labels.shape, features.disparities, chosen.labels.itemsize, model.box,
-            features.near_weight, features.census_cut, features.slope_cut, penalties.small,
-            *map(address_of, (penalties.across, penalties.down)),
+            features.near_weight, features.census_cut, features.slope_cut, model.small, *penalties,
             features.census, features.slopes, features.target_census, features.target_slopes,
             features.census_stride, features.slope_stride, features.target_stride,
             chosen.target.shape[1], *_addresses(half_prior), *_addresses(previous_prior),
-            self.tile, windows.low.shape[1], *map(address_of, windows), *map(address_of, chosen))
+            self.tile, self.windows.low.shape[1], *windows_and_chosen)
+
+    @cached_property
+    def _own_addresses(self):
+        """The addresses of the penalties of jumps, and those of windows and of what is chosen."""
+        return [[*map(address_of, arrays)] for arrays in (
+            self.possibility.penalties[1:], (*self.windows, *self.chosen))]
 
 
 def _complete(search, scratch, tile, first, starts):

@@ -6,7 +6,7 @@ from queue import SimpleQueue
 import threading
 
 from fuzzy_stereo_ros.matching.bands import (
-    cut_bands, cut_parts, filter_band, HelperPlaces, ThreadPool, widened)
+    beside, Chain, cut_bands, cut_parts, filter_band, HelperPlaces, NOTHING, ThreadPool, widened)
 from hypothesis import given, strategies as st
 import numpy as np
 import pytest
@@ -256,6 +256,38 @@ def test_an_item_that_waits_begins_as_soon_as_what_it_needs_is_done():
     pool.each(work, range(4), [0, 0, 0, 3])
     pool.close()
     assert done[2:] == [0, 3]
+
+
+@pytest.mark.parametrize('threads', [1, 2, 5])
+def test_stages_of_a_chain_wait_for_those_before_and_for_the_bands_that_they_read(threads):
+    pool, done, bands = ThreadPool(threads), [], cut_parts(300)
+    chain, last = Chain(pool), len(bands) - 1
+
+    def stage(name, needed):
+        def work(band):
+            assert set(needed(band[0])) <= set(done)
+            done.append((name, band[0]))
+        return work
+    chain.each(stage('first', lambda index: ()), bands)
+    chain.each(stage('free', lambda index: ()), bands, [NOTHING] * len(bands))
+    chain.each(stage('second', lambda index: [('free', last), ('first', index)]), bands)
+    chain.each(stage('beside', lambda index: [('second', index)]), bands, beside(bands))
+    chain.each(stage('next to', lambda index: [
+        ('second', last), ('beside', min(index + 1, last))]), bands, beside(bands, 1))
+    assert done == []
+    chain.run()
+    pool.close()
+    assert len(done) == 5 * len(bands)
+
+
+def test_a_chain_begins_what_needs_nothing_before_what_others_do_has_ended():
+    pool, second = ThreadPool(2), threading.Event()
+    chain = Chain(pool)
+    chain.each(lambda _: second.wait(PATIENCE) or pytest.fail('it waits'), [0])
+    chain.each(lambda _: second.set(), [0], [NOTHING])
+    chain.run()
+    pool.close()
+    assert second.is_set()
 
 
 def test_nobody_waits_for_ever_for_an_item_of_a_helper_that_fails():

@@ -237,7 +237,7 @@ def test_the_bands_of_a_sequence_change_nothing():
         matcher = StereoMatcher(MatcherConfig(disparities=60, threads=1))
         sequence = [matcher.match(*pairs[0])]
         frames, averaging = matcher.algorithm.frames, matcher.algorithm._warm_start._averaging
-        assert len(frames._bands) == len(averaging.bands) == 2
+        assert len(frames._bands) == len(averaging.bands) == 4
         if whole:
             frames._bands = [(0, 0, 150)]
             averaging.bands = [(0, 0, 19)]

@@ -169,8 +169,7 @@ def test_times_by_stage_sum_up_to_the_total():
     match = matched(scene(), CONFIG)
     stages = dict(match.times)
     total = stages.pop('total')
-    assert {'possibility', 'coarse', 'scanlines', 'seeds', 'generations',
-            'refinement'} <= set(stages)
+    assert {'possibility', 'coarse', 'scanlines', 'generations', 'refinement'} <= set(stages)
     assert all(milliseconds >= 0 for milliseconds in stages.values())
     assert 0 < sum(stages.values()) <= total
 

@@ -13,6 +13,7 @@ from fuzzy_stereo_ros.matching.realtime.matcher import Stages
 from fuzzy_stereo_ros.matching.realtime.operators import GreyRegions
 from fuzzy_stereo_ros.matching.realtime.plain_regions import (
     ANY_GREY, BURNT, CLIP, LEAST_CLIP, PLAIN, PlainRegions)
+from fuzzy_stereo_ros.matching.realtime.scanlines import prior_of
 from fuzzy_stereo_ros.matching.realtime.views import Views
 from hypothesis import given, settings, strategies as st
 import numpy as np
@@ -53,6 +54,12 @@ def matched(pair, **others):
         'realtime', disparities=DISPARITIES, fill=True, warm_start=False,
         threads=options['threads'], min_disparity=options['min_disparity']), options['stages'])
     return matcher.match(*pair[:2]).disparity, matcher.algorithm
+
+
+def mutate(algorithm, half, prior):
+    """Find the plain regions of the last pair again, and write their planes into a map."""
+    algorithm._plain.find(algorithm.pool)
+    algorithm._plain.mutate(algorithm.pool, algorithm._views.target_range, half, prior, 2)
 
 
 def wrong(disparity, truth):
@@ -99,7 +106,7 @@ def test_what_stays_at_disparity_0_is_no_evidence():
         half = np.zeros((SIZE[0] // 2, SIZE[1] // 2), np.uint8)
         prior = algorithm._half_size._prior
         prior.weights[:] = 0
-        algorithm._plain.mutate(ThreadPool(1), algorithm._views.target_range, half, prior, 2)
+        mutate(algorithm, half, prior)
         assert not prior.weights.any()
 
 
@@ -126,8 +133,7 @@ def test_a_map_that_knows_better_than_a_plane_is_kept():
     prior.weights[:] = 0
     half = np.full((SIZE[0] // 2, SIZE[1] // 2), WALL // 2, np.uint8)
     half[:, 1::2] += WALL % 2
-    assert not algorithm._plain.mutate(
-        ThreadPool(1), algorithm._views.target_range, half, prior, 2)
+    mutate(algorithm, half, prior)
     assert not prior.weights.any()
 
 
@@ -146,7 +152,7 @@ def test_a_pair_leaves_no_texture_to_the_next_one():
     used._views.smooth(used.pool)
     used._views.describe(used.pool, Stages().describe)
     half = np.full((SIZE[0] // 2, SIZE[1] // 2), 5, np.uint8)
-    used._plain.mutate(used.pool, used._views.target_range, half, used._half_size._prior, 2)
+    mutate(used, half, used._half_size._prior)
     for mine, expected in ((used._plain._left, fresh._plain._left),
                            (used._plain._right, fresh._plain._right)):
         np.testing.assert_array_equal(mine.bands.values, expected.bands.values)
@@ -170,13 +176,11 @@ def test_evidence_is_that_of_the_twin(size, min_disparity):
     def keep(left, target, regions, places, half_labels, votes, *_):
         seen['vote'] = [np.copy(argument) for argument in (places, *votes[:2])]
     kept, pool = kernels.vote, ThreadPool(1)
+    prior = prior_of(np.zeros(size, np.uint8), np.zeros(size, np.uint8), DISPARITIES, (0, 1))
     try:
         kernels.vote = lambda *arguments: (kept(*arguments), keep(*arguments))
-        plain._left.mark(0, size[0] // 2)
-        regions, number = plain._regions.grow(
-            pool, views.half.left.luminance, plain._left.plain.mask, ANY_GREY, plain._least)
-        assert number > 0
-        plain._vote(pool, views.target_range, half, regions, number)
+        plain.find(pool)
+        plain.mutate(pool, views.target_range, half, prior, 1)
     finally:
         kernels.vote = kept
     places, curves, counts = seen['vote']
@@ -200,7 +204,7 @@ def test_evidence_is_that_of_the_twin(size, min_disparity):
         np.testing.assert_array_equal(
             texture.bands.values[:, :, kernels.PAD:kernels.PAD + view.columns], textures[-1])
     numbers = twins.regions(plain._left.plain.mask[:, :size[1] // 2], plain._least)
-    assert numbers.max() + 1 == number
+    assert numbers.max() + 1 == len(plain.figures) > 0
     found = twins.vote(textures[0], textures[1][:, :, ::-1], masks[1][:, ::-1], numbers,
                        DISPARITIES) if min_disparity == 0 else {}
     for (of_region, row, column), (curve, count) in found.items():
@@ -214,9 +218,10 @@ def test_evidence_is_that_of_the_twin(size, min_disparity):
 def test_regions_of_a_mask_are_connected_as_the_twin_has_it(seed, rows, columns, share):
     draw = np.random.default_rng(seed)
     mask = (draw.random((rows, columns + LANES)) < share).astype(np.uint8)
-    (begin, end, row_runs, region), _ = GreyRegions(rows, columns).grow(
-        ThreadPool(1), draw.choice([0, 65535], (rows + 4, columns + 4)).astype(np.uint16), mask,
-        ANY_GREY, 3)
+    regions = GreyRegions(rows, columns)
+    regions.grow(ThreadPool(1), draw.choice([0, 65535], (rows + 4, columns + 4)).astype(np.uint16),
+                 mask, ANY_GREY, 3)
+    (begin, end, row_runs, region), _ = regions.grown
     numbers = np.full((rows, columns), -1)
     for row in range(rows):
         for run in range(*row_runs[row]):

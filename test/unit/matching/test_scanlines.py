@@ -3,7 +3,8 @@
 """Scanline passes: windows, the sum of four directions, and the label of least cost."""
 from census_scene import random_map, seen, small_pair, twin_costs
 from fuzzy_stereo_ros.matching.bands import ThreadPool
-from fuzzy_stereo_ros.matching.kernels.scanlines.volume import SearchResult
+from fuzzy_stereo_ros.matching.kernels.scanlines.volume import (
+    place_windows, SearchResult, Windows)
 from fuzzy_stereo_ros.matching.kernels.scanlines.winner_takes_all import choose_of_target
 from fuzzy_stereo_ros.matching.kernels.simd import LANES
 from fuzzy_stereo_ros.matching.realtime import scanlines
@@ -208,6 +209,17 @@ def test_an_array_that_is_not_contiguous_is_rejected():
     prior = scanned.scanlines.no_prior
     with pytest.raises(ValueError, match='not contiguous'):
         scanned.scanlines.search(ThreadPool(1), prior._replace(weights=prior.weights[::-1]))
+
+
+def test_costs_of_tiles_lie_one_behind_the_other_and_their_rows_not_a_page_apart():
+    blocks = np.random.default_rng(1).integers(1, 5, (3, 4))
+    windows = Windows(np.zeros_like(blocks), blocks, np.full_like(blocks, 9), np.zeros(3, int))
+    place_windows(tuple(windows), 50, 16, 4096, 448)
+    sizes = LANES * blocks * (16, 16, 16, 2)
+    np.testing.assert_array_equal(windows.offset[:, 0], 0)
+    np.testing.assert_array_equal(np.diff(windows.offset), sizes[:, :-1])
+    spare = windows.row_size - sizes.sum(axis=1)
+    assert np.all((spare >= 0) & (spare < 4096) & (windows.row_size % 4096 == 448))
 
 
 def test_what_was_searched_before_leaves_no_trace():

@@ -35,8 +35,9 @@ def patches(seed, rows, columns):
 
 def grown(grey, weak, least=6, overlap=3):
     """Return the regions of a picture, as kernels write them, and how many there are."""
-    return GreyRegions(*grey.shape).grow(
-        ThreadPool(1), padded(grey), weak, segments.Likeness(400, 250, overlap), least)
+    regions = GreyRegions(*grey.shape)
+    regions.grow(ThreadPool(1), padded(grey), weak, segments.Likeness(400, 250, overlap), least)
+    return regions.grown
 
 
 def as_map(regions, shape):
@@ -139,16 +140,16 @@ def test_the_mutant_takes_labels_of_planes_that_are_farther_than_one(seed, insid
 def test_a_wall_that_was_half_wrong_is_proposed_as_one_plane():
     rows, columns = 60, 80
     regions = WeakRegions(rows, columns, np.uint8)
-    flat_regions = regions.grow(ThreadPool(1), padded(np.full((30, 40), 9000, np.uint16)),
-                                np.ones((30, 40), np.uint8))
+    regions.grow(ThreadPool(1), padded(np.full((30, 40), 9000, np.uint16)),
+                 np.ones((30, 40), np.uint8))
     labels = np.full((rows, columns), 8, np.uint8)
     labels[:, :30] = 14
     validity = np.zeros((rows, columns), np.uint8)
     validity[::3] = INVALID
     chosen = SimpleNamespace(labels=labels, offsets=np.zeros(labels.shape, np.int8))
-    mutant = regions.mutant(ThreadPool(1), flat_regions, chosen, validity, DISPARITIES,
-                            (-DISPARITIES, columns), labels, Random((0,)))
-    assert flat_regions[1] == 1
+    regions.gather(ThreadPool(1), chosen, validity, 0)
+    mutant = regions.mutant(ThreadPool(1), DISPARITIES, (-DISPARITIES, columns), labels,
+                            Random((0,)))
     assert (mutant == 8).all()
 
 

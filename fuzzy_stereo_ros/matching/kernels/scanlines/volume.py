@@ -118,6 +118,24 @@ def blocks_of(labels):
     return 4 if blocks == 3 else blocks
 
 
+@kernel
+def place_windows(windows, columns, tile, page, shift):
+    """
+    Place the costs of the tiles one behind the other in a row of pixels.
+
+    windows: the fields of Windows, of which offset and row_size are written; columns: of the
+    image; tile: pixels of a side; rows lie `shift` bytes more than some pages apart
+    """
+    _, blocks, offset, row_size = windows
+    for tile_row in range(row_size.size):
+        used = 0
+        for tile_column in range(blocks.shape[1]):
+            offset[tile_row, tile_column] = used
+            width = min(tile, columns - tile_column * tile)
+            used += LANES * blocks[tile_row, tile_column] * width
+        row_size[tile_row] = used + (shift - used) % page
+
+
 @inlined
 def window_of(search, tile_row, tile):
     """Return the first label of a tile, its blocks, and where its costs lie in a row."""
