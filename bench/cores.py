@@ -50,6 +50,10 @@ class TimedPool(ThreadPool):
         super().each(timed, items)
         self.joins.append(list(zip(times, needs or [0] * len(times))))
 
+    def shares(self, needs):
+        """Have a kernel called for each task."""
+        return [1] * len(needs), needs
+
 
 def scheduled(parts, cores):
     """

@@ -118,6 +118,17 @@ class ThreadPool:
             if error is not None:
                 raise error
 
+    def shares(self, needs):
+        """
+        Return how many tasks a kernel takes at most, call by call, and what calls need.
+
+        Each thread calls it once, and the kernel itself waits for what tasks need: of a Chain the
+        stages before are not needed.
+
+        needs: of each task, see `each`
+        """
+        return [len(needs)] * self.threads, [NOTHING] * self.threads
+
     def _asked(self, number):
         """
         Return the queues of some helpers, which run where `HelperPlaces` says.
@@ -156,12 +167,12 @@ class Chain:
     A stage that calls `each` of a chain, in the place of a pool's, is run later, after those that
     did so before it.
 
-    threads: those of the pool
+    threads, shares: those of the pool
     """
 
     def __init__(self, pool):
         """Begin without stages of a ThreadPool."""
-        self.threads, self._pool = pool.threads, pool
+        self.threads, self.shares, self._pool = pool.threads, pool.shares, pool
         self._calls, self._needs = [], []
 
     def __len__(self):

@@ -73,6 +73,38 @@ store_short, store_word = _writing(types.uint16), _writing(types.uint32)
 
 
 @intrinsic
+def take_number(typing, address):
+    """Return the int64 at an address, and add 1 to it, while no other thread does so."""
+    def generate(context, builder, signature, arguments):
+        one = context.get_constant(types.int64, 1)
+        return builder.atomic_rmw('add', _element(context, builder, types.int64, *arguments,
+                                                  context.get_constant(types.intp, 0)),
+                                  one, 'seq_cst')
+    return types.int64(types.intp), generate
+
+
+@intrinsic
+def is_done(typing, address, index):
+    """Return the byte at an address: once it is 1, what its thread wrote before can be read."""
+    return types.uint8(types.intp, types.intp), lambda context, builder, _, arguments: (
+        builder.load_atomic(_element(context, builder, types.uint8, *arguments), 'acquire', 1))
+
+
+@intrinsic
+def set_done(typing, address, index):
+    """Write 1 to the byte at an address: see is_done."""
+    def generate(context, builder, signature, arguments):
+        builder.store_atomic(context.get_constant(types.uint8, 1),
+                             _element(context, builder, types.uint8, *arguments), 'release', 1)
+        return context.get_dummy_value()
+    return types.void(types.intp, types.intp), generate
+
+
+# Lets another thread use the processor, if one waits for it.
+give_way = types.ExternalFunction('sched_yield', types.int32())
+
+
+@intrinsic
 def splat_word(typing, vector, words, index):
     """
     Return a vector like another with the byte that a word repeats four times in every lane.

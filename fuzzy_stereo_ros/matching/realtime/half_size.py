@@ -86,7 +86,6 @@ class HalfSize:
         rows, prior = len(self._labels), self._prior
 
         def finish(band):
-            self._scanlines.finish(band)
             check_consistency(chosen.labels, chosen.target, self._half_disparities, half_range,
                               self._validity, band[1], band[2])
             self._speckles.find(chosen.labels, self._validity, 1, band)
@@ -107,7 +106,7 @@ class HalfSize:
                 self.weak, self._smooth, CLEAR, (prior.labels, prior.weights), first, last)
         bands = self._scanlines.bands
         self._scanlines.search(pool)
-        pool.each(finish, bands, self._scanlines.ready)
+        pool.each(finish, bands)
         pool.each(lambda step: self._speckles.join(chosen.labels, step), [1])
         pool.each(fill, bands)
         pool.each(write_limits, bands, beside(bands, 1))

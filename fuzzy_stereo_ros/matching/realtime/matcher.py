@@ -143,14 +143,13 @@ class RealtimeMatcher:
         chain, bands, validity = Chain(pool), self._search.bands, self._refinement.validity
         chosen = self._search.search(chain, half.prior, previous_prior)
 
-        def finish(band):
-            self._search.finish(band)
+        def check(band):
             self._refinement.check(chosen, views.target_range, config, band)
 
         def fill(band):
             self._refinement.reject_speckles(config, band)
             self.population.fill(chosen.labels, validity, band)
-        chain.each(finish, bands, self._search.ready)
+        chain.each(check, bands)
         if self._stages.mutation is not None:
             self._regions.grow(chain, views.half.left.luminance, self._half_size.weak)
         self._refinement.join_speckles(chain, chosen, config)

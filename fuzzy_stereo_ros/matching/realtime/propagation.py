@@ -22,7 +22,7 @@ class Propagation:
     def __init__(self, possibility, tile):
         """Allocate for the size of a possibility; tile: rows that bands have a multiple of."""
         self._possibility, self.chosen = possibility, new_result(possibility)
-        self.bands, self.ready = cut_bands(possibility.rows, tile), None
+        self.bands = cut_bands(possibility.rows, tile)
         self._last_parent = 2 * (half_disparities(possibility.disparities) - 1)
         sizes = kernels.sizes(possibility.disparities, self.chosen.target.shape[1])
         self._memory, self._tiles = zip(*(_tile(sizes) for _ in self.bands))
@@ -34,8 +34,8 @@ class Propagation:
         """
         Return the `SearchResult`, memory that the next search overwrites.
 
-        It is complete once each of the `bands` is finished. half_prior: the `Prior` of the
-        half-size chromosome, the parent; pool, previous_prior: not used
+        pool: a ThreadPool, or a Chain, which completes the result; half_prior: the `Prior` of the
+        half-size chromosome, the parent; previous_prior: not used
         """
         grey, features = self._possibility.left.grey, self._possibility.features
         self._parent = half_prior       # kept alive: the kernels have only its addresses
@@ -44,9 +44,10 @@ class Propagation:
             address_of(half_prior.labels), address_of(half_prior.weights),
             half_prior.labels.itemsize, self._last_parent, self.chosen.target.shape[1],
             *map(address_of, self.chosen)))
+        pool.each(self._propagate, self.bands)
         return self.chosen
 
-    def finish(self, band):
+    def _propagate(self, band):
         """Propagate the genes of a band."""
         kernels.propagate(self._pair, tuple(self._tiles[band[0]]), *band[1:])
 

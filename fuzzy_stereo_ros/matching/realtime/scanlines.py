@@ -9,13 +9,13 @@ passes (Hirschmueller, 2008) take its place, a memetic step on all rows and colu
 from functools import cached_property
 
 from fuzzy_stereo_ros.matching.arrays import zeros
-from fuzzy_stereo_ros.matching.bands import cut_parts, NOTHING
+from fuzzy_stereo_ros.matching.bands import cut_parts
 from fuzzy_stereo_ros.matching.kernels.addresses import address_of
 from fuzzy_stereo_ros.matching.kernels.possibility.costs import Prior
-from fuzzy_stereo_ros.matching.kernels.scanlines.column_paths import (
-    choose_of_targets, down_and_up)
+from fuzzy_stereo_ros.matching.kernels.scanlines.column_paths import OVERLAP
 from fuzzy_stereo_ros.matching.kernels.scanlines.disparity_ranges import tile_windows
-from fuzzy_stereo_ros.matching.kernels.scanlines.row_paths import across
+from fuzzy_stereo_ros.matching.kernels.scanlines.tasks import (
+    ACROSS, COMPLETE, take_tasks, TARGETS, Tasks)
 from fuzzy_stereo_ros.matching.kernels.scanlines.tile_paths import ROWS_AT_ONCE
 from fuzzy_stereo_ros.matching.kernels.scanlines.volume import (
     blocks_of, place_windows, Scratch, Search, SearchResult, Windows)
@@ -27,7 +27,6 @@ _SLACK = 64          # bytes behind an array that a vector may read or write
 # Rows and arrays a multiple of a page apart would evict each other from the cache.
 PAGE = 4096          # bytes
 SHIFT = 448          # bytes
-OVERLAP = 16         # rows by which paths from below start early
 PART = 16            # rows that a thread begins at a time
 GROW, MARGIN = 8, 4  # px around a tile whose labels it searches too; labels around its range
 STEP = 1 << 20       # bytes of costs of the rows of tiles that are completed at a time, if several
@@ -88,9 +87,11 @@ class Scanlines:
         strip = min(tile, rows) * row
         at_a_time = min(max(STEP // strip, 1), tiles[0])
         kept = min(2 * at_a_time + -(-(OVERLAP + PART - 1) // tile), tiles[0])
-        self._items, self._needs, completed = self._cut(rows, *tiles, at_a_time, kept)
-        self.ready = [completed[(last - 1) // tile] - len(self._items)
-                      for _, _, last in self.bands]
+        self._tasks = self._cut(rows, *tiles, at_a_time, kept)
+        self._needs = self._tasks[:, -1].tolist()
+        self._taken, self._done = np.zeros(1, np.int64), np.zeros(len(self._tasks), np.uint8)
+        self._addresses_of_tasks = tuple(Tasks(
+            len(self._tasks), *map(address_of, (self._tasks, self._taken, self._done))))
         self._numbers = {'strip': strip, 'kept': kept, 'chain': LANES * self.most_blocks,
                          'words': columns + LANES}
         self._shared, self._shared_memory = _placed(
@@ -114,59 +115,52 @@ class Scanlines:
         """
         Run the passes; return the `SearchResult`, memory that the next search overwrites.
 
-        pool: a ThreadPool, or a Chain whose next stage finishes each of the `bands`, which needs
-        what `ready` says. Then the result is complete. Priors: None for none.
+        pool: a ThreadPool, or a Chain, which completes the result. Priors: None for none.
         """
         place_windows(tuple(self.windows), self.chosen.labels.shape[1], self.tile, PAGE, SHIFT)
         # Kept alive: the kernels have only their addresses.
         self._priors = half_prior or self.no_prior, previous_prior or self.no_prior
         self._search = tuple(self.search_by(*self._priors))
         self._reserve(pool.threads)
-        pool.each(self._work, self._items, self._needs)
+        self._taken[0] = 0
+        self._done[:] = 0
+        pool.each(self._take, *pool.shares(self._needs))
         return self.chosen
 
-    def finish(self, band):
-        """Choose the labels of the target pixels of a band."""
-        self._work((choose_of_targets, *band[1:]))
-
-    def _work(self, item):
-        """Call a function of an item with the search, working memory and the rest of the item."""
-        function, *place = item
+    def _take(self, most):
+        """Do up to so many tasks."""
         scratch = self._free.pop()
         try:
-            function(self._search, scratch, *place)
+            take_tasks(self._search, scratch, self._addresses_of_tasks, most)
         finally:
             self._free.append(scratch)
 
     def _cut(self, rows, tile_rows, tile_columns, at_a_time, kept):
         """
-        Return the items of a search, and how many of the first items each needs, see `each`.
+        Return the tasks of a search: int64 (n, FIELDS), see `Tasks`.
 
-        The third result is after how many items each row of tiles is complete.
-
-        An item is a function, called with the Search, a Scratch and the rest of it. Some rows of
-        tiles are completed, column by column, while the next ones are begun: what is completed is
-        still in the cache, and hardly any item waits for those just before it.
+        Some rows of tiles are completed, column by column, while the next ones are begun: what is
+        completed is still in the cache, and hardly any task waits for those just before it.
         """
         parts = [(top, min(top + PART, rows)) for top in range(0, rows, PART)]
         ends = *range(at_a_time, tile_rows, at_a_time), tile_rows
-        items, needs, begun, done, before = [], [], 0, 0, 0
-        completed = [0] * tile_rows
-        for end, ahead in zip((0, *ends), (*ends, tile_rows)):
+        tasks, begun, done, before, above = [], 0, 0, 0, 0
+        completed = [0] * tile_rows     # after how many tasks
+        for end, ahead in zip((0, *ends, tile_rows), (*ends, tile_rows, tile_rows)):
             first, begun = begun, -(-min(ahead * self.tile + OVERLAP, rows) // PART)
             for part in parts[first:begun]:
                 overwritten = (part[1] - 1) // self.tile - kept
-                items.append((across, *part))
-                needs.append(completed[overwritten] if overwritten >= 0 else NOTHING)
-            start = len(items)
+                tasks.append((ACROSS, *part, 0, completed[overwritten] if overwritten >= 0 else 0))
+            if done > above:
+                tasks.append((TARGETS, above * self.tile, min(done * self.tile, rows), 0,
+                              completed[done - 1]))
+            start = len(tasks)
             if end > done:
-                starts = tuple(min((tile_row + 1) * self.tile + OVERLAP, rows) - 1
-                               for tile_row in range(done, end))
-                items += ((_complete, tile, done, starts) for tile in range(tile_columns))
-                needs += (before + (tile + 1 if done > 0 else 0) for tile in range(tile_columns))
-            completed[done:end] = [len(items)] * (end - done)
-            done, before = end, start
-        return items, needs, completed
+                tasks += ((COMPLETE, done, end, tile, before + (tile + 1 if done > 0 else 0))
+                          for tile in range(tile_columns))
+            completed[done:end] = [len(tasks)] * (end - done)
+            above, done, before = done, end, start
+        return np.array(tasks, np.int64)
 
     def _reserve(self, threads):
         """Have working memory for so many threads."""
@@ -201,12 +195,6 @@ class Scanlines:
         """The addresses of the penalties of jumps, and those of windows and of what is chosen."""
         return [[*map(address_of, arrays)] for arrays in (
             self.possibility.penalties[1:], (*self.windows, *self.chosen))]
-
-
-def _complete(search, scratch, tile, first, starts):
-    """Choose the labels of a column of tiles, in rows of tiles from the first on, upwards."""
-    for tile_row, start in enumerate(starts, first):
-        down_and_up(search, scratch, tile, tile_row, start)
 
 
 def _addresses(prior):

@@ -31,7 +31,6 @@ def check(shape, disparities, parents_of=4, min_disparity=0, seed=0, threads=1):
     propagation = Propagation(possibility, TILE)
     pool = ThreadPool(threads)
     chosen = propagation.search(pool, parent)
-    pool.each(propagation.finish, propagation.bands)
     grey = possibility.left.grey[:, :shape[1]].astype(np.int64)
     totals = twins.summed(
         twin_costs(left, right, disparities, min_disparity, FULL_SIZE), grey, kernels.RADIUS,

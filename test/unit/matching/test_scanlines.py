@@ -3,6 +3,7 @@
 """Scanline passes: windows, the sum of four directions, and the label of least cost."""
 from census_scene import random_map, seen, small_pair, twin_costs
 from fuzzy_stereo_ros.matching.bands import ThreadPool
+from fuzzy_stereo_ros.matching.kernels.scanlines.tasks import ACROSS, COMPLETE
 from fuzzy_stereo_ros.matching.kernels.scanlines.volume import (
     place_windows, SearchResult, Windows)
 from fuzzy_stereo_ros.matching.kernels.scanlines.winner_takes_all import choose_of_target
@@ -57,7 +58,6 @@ class Scanned:
             memory[:] = np.random.default_rng(1).integers(0, 256, memory.size)
         before = self._unused()
         chosen = self.scanlines.search(self.pool, *self.priors)
-        self.pool.each(self.scanlines.finish, self.scanlines.bands)
         assert chosen is self.scanlines.chosen
         assert self._unused() == before
         for whole in self._guarded:
@@ -176,24 +176,34 @@ def test_each_item_waits_for_the_rows_it_needs_and_for_those_whose_memory_it_tak
         step_size, rows, tile):
     made = Scanlines(seen(*small_pair(rows, 130), 5), tile)
     tiles, kept = -(-130 // tile), made._numbers['kept']
-    begun, completed = [0], [[0] * tiles]     # rows, and rows of tiles, after each item
-    for index, (work, *place) in enumerate(made._items):
-        need = made._needs[index]
+    begun, completed, chosen = [0], [[0] * tiles], 0     # rows, and rows of tiles, after each task
+    for index, (kind, first, last, column, need) in enumerate(made._tasks.tolist()):
         assert need <= index
         after = completed[-1].copy()
-        if work == scanlines._complete:
-            column, first, starts = place
-            last = first + len(starts)
+        if kind == ACROSS:
+            assert first == begun[-1]
+            assert (last - 1) // tile - min(completed[need]) < kept
+        elif kind == COMPLETE:
             assert begun[need] >= min(tile * last + OVERLAP, rows)
             assert first == completed[-1][column] == completed[need][column]
             after[column] = last
         else:
-            assert place[0] == begun[-1]
-            assert (place[1] - 1) // tile - min(completed[need]) < kept
-        begun.append(begun[-1] if work == scanlines._complete else place[1])
+            assert first == chosen
+            assert tile * min(completed[need]) >= last
+            chosen = last
+        begun.append(last if kind == ACROSS else begun[-1])
         completed.append(after)
-    assert begun[-1] == rows
+    assert begun[-1] == chosen == rows
     assert completed[-1] == [-(-rows // tile)] * tiles
+
+
+@pytest.mark.parametrize('most', [1, 7])
+def test_a_kernel_that_may_take_few_tasks_is_called_until_all_are_done(most):
+    whole, some = (Scanned((150, 40), 40, 16, windows_seed=3) for _ in range(2))
+    some.pool.shares = lambda needs: ([most] * -(-len(needs) // most), None)
+    some.search()
+    for values, expected in zip(some.scanlines.chosen, whole.scanlines.chosen):
+        np.testing.assert_array_equal(values, expected)
 
 
 @pytest.mark.parametrize('disparities', [40, 300])

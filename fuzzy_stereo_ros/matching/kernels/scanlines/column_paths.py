@@ -8,14 +8,14 @@ the top of the image.
 """
 from fuzzy_stereo_ros.matching.kernels.addresses import (
     load_byte, load_long, load_short, repeat_bytes, splat_word, store_byte, store_short)
-from fuzzy_stereo_ros.matching.kernels.compiled import inlined, kernel
+from fuzzy_stereo_ros.matching.kernels.compiled import called, inlined
 from fuzzy_stereo_ros.matching.kernels.scanlines.four import (
     add_four, advance_four, first_of_four, load_four, lowest_of_four, mask_four, splat_four,
     store_four, store_packed, unpacked, without_least)
 from fuzzy_stereo_ros.matching.kernels.scanlines.steps import (
     advance, carry, clear, copy, in_registers, step)
 from fuzzy_stereo_ros.matching.kernels.scanlines.volume import (
-    columns_of, row_start, Scratch, Search, window_of)
+    columns_of, row_start, window_of)
 from fuzzy_stereo_ros.matching.kernels.scanlines.winner_takes_all import (
     best_label, choose_of_target, fit_offsets, least_elsewhere, MIDDLE, NEAR)
 from fuzzy_stereo_ros.matching.kernels.simd import (
@@ -23,6 +23,7 @@ from fuzzy_stereo_ros.matching.kernels.simd import (
 import numpy as np
 
 CACHE_LINE = 64      # bytes
+OVERLAP = 16         # rows below a row of tiles where its paths from below start
 
 
 @inlined
@@ -191,15 +192,9 @@ def _carry_tile(search, scratch, tile, tile_row, new_tile_row, paths):
     copy(scratch.carried, paths, LANES * new_blocks * (end - begin))
 
 
-@kernel
-def down_and_up(search, scratch, tile, tile_row, start):
-    """
-    Complete the sums of a tile and choose its labels.
-
-    The tile above is done; costs are there on to row `start`, where the paths from below start.
-    search, scratch: the fields of a Search and of a Scratch
-    """
-    search, scratch = Search(*search), Scratch(*scratch)
+@inlined
+def _complete(search, scratch, tile, tile_row):
+    """Complete the sums of a tile, below the one that is done, and choose its labels."""
     begin, end = columns_of(search, tile)
     first, last = tile_row * search.tile, min((tile_row + 1) * search.tile, search.rows)
     down = scratch.down + begin * scratch.chain
@@ -208,6 +203,7 @@ def down_and_up(search, scratch, tile, tile_row, start):
     else:
         _carry_tile(search, scratch, tile, tile_row - 1, tile_row, down)
     _add_downwards(search, scratch, tile, first, last, down)
+    start = min((tile_row + 1) * search.tile + OVERLAP, search.rows) - 1
     clear(scratch.up, 0, window_of(search, start // search.tile, tile)[1] * (end - begin))
     # on to last - 1, into whose window the paths are carried too
     for row in range(start, last - 2, -1):
@@ -219,10 +215,20 @@ def down_and_up(search, scratch, tile, tile_row, start):
     _choose_rows(search, scratch, tile, first, last)
 
 
-@kernel
+@called
+def down_and_up(search, scratch, tile, first, last):
+    """
+    Complete the sums of a column of tiles in the rows of tiles first .. last - 1; choose labels.
+
+    The tiles above are done, and costs are there for the rows on to OVERLAP below them.
+    """
+    for tile_row in range(first, last):
+        _complete(search, scratch, tile, tile_row)
+
+
+@called
 def choose_of_targets(search, scratch, first, last):
     """Choose the labels of the target's rows first .. last - 1, once those of the pixels are."""
-    search, scratch = Search(*search), Scratch(*scratch)
     for row in range(first, last):
         at = row * search.columns
         choose_of_target(search.labels + at * search.label_bytes, search.label_bytes,

@@ -6,14 +6,14 @@ Costs of some rows, then the paths that come from left and right: rows are indep
 Up to four rows at once, so that their paths are in step.
 """
 from fuzzy_stereo_ros.matching.kernels.addresses import load_long, repeat_bytes
-from fuzzy_stereo_ros.matching.kernels.compiled import called, inlined, kernel
+from fuzzy_stereo_ros.matching.kernels.compiled import called, inlined
 from fuzzy_stereo_ros.matching.kernels.possibility.costs import box_row, raw_row
 from fuzzy_stereo_ros.matching.kernels.scanlines.steps import carry, clear, in_registers
 from fuzzy_stereo_ros.matching.kernels.scanlines.tile_paths import (
     cost_rows, costs_and_rightwards_four, leftwards, leftwards_eight, rightwards, rightwards_four,
     ROWS_AT_ONCE, TileRows)
 from fuzzy_stereo_ros.matching.kernels.scanlines.volume import (
-    columns_of, row_start, Scratch, Search, window_of)
+    columns_of, row_start, window_of)
 from fuzzy_stereo_ros.matching.kernels.simd import LANES
 
 
@@ -99,14 +99,9 @@ def _run_leftwards(search, scratch, row, count):
             leftwards(rows, blocks, count)
 
 
-@kernel
+@called
 def across(search, scratch, first, last):
-    """
-    Write the costs of rows first .. last - 1, and the sums of their paths from left and right.
-
-    search, scratch: the fields of a Search and of a Scratch
-    """
-    search, scratch = Search(*search), Scratch(*scratch)
+    """Write the costs of rows first .. last - 1, and the sums of their paths from the sides."""
     row = first
     while row < last:
         count = min(ROWS_AT_ONCE, min((row // search.tile + 1) * search.tile, last) - row)
