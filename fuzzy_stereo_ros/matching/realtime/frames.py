@@ -12,10 +12,11 @@ the plane that fits most cells of the map of this frame; a minimum cut takes the
 Crossover: by partition crossover with the map of this frame, which is the cold parent, regions in
 which inherited genes are no longer fitter return to that map.
 """
+from itertools import pairwise
 from typing import NamedTuple
 
 from fuzzy_stereo_ros.matching.arrays import zeros
-from fuzzy_stereo_ros.matching.bands import cut_parts, widened
+from fuzzy_stereo_ros.matching.bands import beside, Chain, cut_parts, widened
 from fuzzy_stereo_ros.matching.crossover import Cut, Exchange
 from fuzzy_stereo_ros.matching.evolution import Durations, evolve, Stopwatch
 from fuzzy_stereo_ros.matching.kernels.planes import costs, grid, grid_labels
@@ -24,7 +25,7 @@ from fuzzy_stereo_ros.matching.kernels.planes.costs import (
 from fuzzy_stereo_ros.matching.kernels.planes.fits import region_planes
 from fuzzy_stereo_ros.matching.kernels.planes.grid import CellMap, FrameMap, Genes
 from fuzzy_stereo_ros.matching.kernels.planes.segments import Likeness
-from fuzzy_stereo_ros.matching.realtime.operators import GreyRegions
+from fuzzy_stereo_ros.matching.realtime.operators import GreyRegions, PARTS
 import numpy as np
 
 MUTATION = 0.5           # share of the generations that propose planes; the others cross
@@ -97,8 +98,7 @@ class FrameEvolution:
         self._sets = RegionSets(zeros(shape, np.int32), *(
             zeros(cells + 1, kind) for kind in (np.int32, np.int64, np.int32)))
         self._pixels = zeros(cells, np.int32)
-        self._points, self._planes = zeros((3, cells), np.float32), zeros(
-            (most, 3), np.float32)
+        self._points, self._planes = zeros(3 * cells, np.float32), zeros((most, 3), np.float32)
         self._known, self._starts = zeros((3, most), np.int64), zeros(most + 1, np.int32)
         self._chosen, self._ends = (zeros(most, np.int32) for _ in range(2))
         self._nearest = [zeros(possibility.right.columns // 2 + 1, np.float32)
@@ -206,14 +206,25 @@ class FrameEvolution:
         region_pixels, planes = (starts[:number + 1], self._pixels), self._planes[:number]
         grid.list_chosen(regions, self._chosen, region_pixels, self._ends[:number], self._labels,
                          self._selected, self.carried.proposals)
-        region_planes(self._map.disparities, self._trusted, region_pixels,
-                      (ROUNDS, np.float32(AGREEMENT), 1.0, random.key), self._points, planes, 0,
-                      number)
-        reject_bent(planes, region_pixels, self._map.disparities, self._trusted, np.float32(NEAR),
-                    FLAT, self._selected)
-        grid.propose_planes(self.carried.planes, self._labels, planes, self._quiet,
-                            self._highest, self._selected, self._proposal, self._proposed)
-        self._measure()
+        edges = np.searchsorted(
+            starts[:number], starts[number] * np.arange(PARTS) / PARTS).tolist()
+        tried = ROUNDS, np.float32(AGREEMENT), 1.0, random.key
+
+        def fit(part):
+            first, last = part
+            own = self._points[3 * starts[first]:3 * starts[last]].reshape(3, -1)
+            region_planes(self._map.disparities, self._trusted, region_pixels, tried, own, planes,
+                          first, last)
+            reject_bent(planes[first:last], (starts[first:last + 1], self._pixels),
+                        self._map.disparities, self._trusted, np.float32(NEAR), FLAT,
+                        self._selected)
+        chain = Chain(self._pool)
+        chain.each(fit, list(pairwise([*edges, number])))
+        chain.each(lambda band: grid.propose_planes(
+            self.carried.planes, self._labels, planes, self._quiet, self._highest, self._selected,
+            self._proposal, self._proposed, *band[1:]), self._bands)
+        self._measure(chain)
+        chain.run()
         reject_unfounded(
             self._labels, (self._current, self._old), (self._proposed, self._new), self._trusted,
             tuple(DEMANDS), tuple(self._sets), self._selected)
@@ -224,7 +235,7 @@ class FrameEvolution:
         if not _proposes_planes(random) and grid.propose_map(
                 tuple(self.carried), self._current, tuple(self._map), np.float32(STALE),
                 self._selected, self._proposal):
-            self._measure()
+            self._measure(self._pool)
             self._accept(self._cut.regions, random, False)
 
     def _grown(self, random):
@@ -236,15 +247,19 @@ class FrameEvolution:
                                 Likeness(step, apart, OVERLAP), SMALLEST)
         return self._grey_regions.grown
 
-    def _measure(self):
-        """Write the costs of the matches of the genes and of the proposal, where selected."""
+    def _measure(self, pool):
+        """
+        Write the costs of the matches of the genes and of the proposal, where selected.
+
+        pool: a ThreadPool, or a Chain whose stage before selects the same bands
+        """
         features, largest = tuple(self._possibility.features), self._possibility.model.largest
 
         def measure(band):
             for parent in self._parents:
                 grid.grid_costs(features, largest, self._target_range, self.carried.origin,
                                 self._selected, parent, *band[1:])
-        self._pool.each(measure, self._bands)
+        pool.each(measure, self._bands, beside(self._bands))
 
     @property
     def _parents(self):

@@ -290,15 +290,15 @@ def list_chosen(regions, numbers, region_pixels, ends, labels, selected, proposa
 
 @kernel
 def propose_planes(planes, labels, region_planes, quiet, highest, selected, proposal,
-                   disparities):
+                   disparities, first, last):
     """
-    Write a proposal: the selected cells have the planes of their regions, others their own.
+    Write rows of a proposal: selected cells have the planes of their regions, others their own.
 
     planes, proposal: float32 (r, c, 3); labels: int32 (r, c); region_planes: float32 (n, 3);
     quiet: uint8 (tile rows, tile columns), 0 where nothing is proposed; highest: px;
     disparities: float32 (r, c), px, of the proposal where it is selected
     """
-    for row in range(labels.shape[0]):
+    for row in range(first, last):
         for column in range(labels.shape[1]):
             selected[row, column] &= quiet[2 * row // TILE, 2 * column // TILE] > 0
             if selected[row, column]:
