@@ -289,6 +289,7 @@ PAPER_OVER_FRAMES = (
     Variant('population of 16', {'population': 16, 'generations': 5}),
     NO_CROSSOVER, NO_FUSION, LINE_CROSSOVER, NO_MUTATION,
     Variant('not moved with the picture', stages=PaperStages(inheritance=InPlace)),
+    Variant('N does not rise with the map', stages=PaperStages(slopes=None)),
     Variant('pictures not averaged', stages=PaperStages(inheritance=NotAveraged)),
     Variant('begun with the most possible genes', {'initial_population': 'winner_takes_all'}),
 )

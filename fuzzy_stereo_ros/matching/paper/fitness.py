@@ -116,11 +116,11 @@ class LiteralFitness(_Fitness):
         """Allocate the details of a number of chromosomes."""
         return np.zeros((population, self._rows), np.int64)
 
-    def set_pair(self, pool, luminances, greys, colours):
+    def set_pair(self, pool, luminances, greys, colours, slopes=None):
         """
         Set the pair that chromosomes are evaluated on.
 
-        luminances, colours: not used; greys: uint8 (R, C), of the left and the right image
+        luminances, colours, slopes: not used; greys: uint8 (R, C), of the left and the right image
         """
         left, right = greys
         self._possibility.set_pair(left, right)
@@ -165,15 +165,15 @@ class UniformFitness(_Fitness):
         """Allocate the details of a number of chromosomes."""
         return np.zeros((population, *self.weights.shape[1:]), np.uint16)
 
-    def set_pair(self, pool, luminances, greys, colours):
+    def set_pair(self, pool, luminances, greys, colours, slopes=None):
         """
         Set the pair that chromosomes are evaluated on.
 
         luminances: uint16 (R, C), 1 / 256 grey level, of the left and the right image; greys: not
-        used; colours: uint8 (R, C, 3), of the left image
+        used; colours: uint8 (R, C, 3), of the left image; slopes: of N, see `UniformPossibility`
         """
         inside(self.colours)[:] = np.moveaxis(colours, 2, 0)
-        self._possibility.set_pair(pool, *luminances, self.colours)
+        self._possibility.set_pair(pool, *luminances, self.colours, slopes)
         pool.each(lambda band: fill_neighbour_weights(
             self.colours, self._similar, *band[1:], self.weights), cut_bands(self._rows))
 

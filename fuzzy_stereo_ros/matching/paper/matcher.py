@@ -21,7 +21,7 @@ from fuzzy_stereo_ros.matching.paper import operators
 from fuzzy_stereo_ros.matching.paper.fitness import (
     inside, LiteralFitness, NEAR, UniformFitness)
 from fuzzy_stereo_ros.matching.paper.population import Population
-from fuzzy_stereo_ros.matching.paper.possibility import FULL
+from fuzzy_stereo_ros.matching.paper.possibility import FULL, slopes_of
 import numpy as np
 
 SCATTERED = 0.1     # share of random genes in copies of the most possible map
@@ -71,10 +71,11 @@ class Stages(NamedTuple):
     """
     The operators of a generation, in order, each called as in operators.py; and the inheritance.
 
-    All but the inheritance are operators; None for none.
+    All but the last two are operators; None for none.
 
     inheritance: called with a MatcherConfig, rows and columns, returns what a frame takes over of
-    the previous one, see Inheritance
+    the previous one, see Inheritance; slopes: called with the inherited map and the side of N,
+    returns how N rises, see slopes_of; None: it never does
     """
 
     selection: Callable = operators.select
@@ -82,16 +83,17 @@ class Stages(NamedTuple):
     mutation: Callable = operators.mutate_by_uniform_patches
     fusion: Callable | None = operators.fuse_retained
     inheritance: Callable = Inheritance
+    slopes: Callable | None = slopes_of
 
     @property
     def operators(self):
         """The operators by name, in order."""
         return {name: stage for name, stage in self._asdict().items()
-                if name != 'inheritance' and stage is not None}
+                if name not in ('inheritance', 'slopes') and stage is not None}
 
 
 LITERAL_STAGES = Stages(operators.select, operators.cross_at_lines,
-                        operators.mutate_least_possible, None)
+                        operators.mutate_least_possible, None, slopes=None)
 
 
 class PaperMatcher:
@@ -110,6 +112,7 @@ class PaperMatcher:
         self._fitness = (LiteralFitness if literal else UniformFitness)(config, rows, columns)
         stages = stages or (LITERAL_STAGES if literal else Stages())
         self._inheritance = stages.inheritance(config, rows, columns)
+        self._slopes_of = stages.slopes
         self.population = Population(config, rows, columns, self._fitness)
         self._most_possible = np.zeros(self.population.framed.shape[1:], np.uint16)
         self._tools = operators.OperatorTools(config, self.pool, self._fitness,
@@ -130,8 +133,9 @@ class PaperMatcher:
         if self._config.warm_start:
             inherited = inheritance.average(self.pool, previous, camera)
         watch.lap('pictures')
+        slopes = self._slopes(previous.own.labels) if inherited and self._slopes_of else None
         self._fitness.set_pair(self.pool, inheritance.luminances, inheritance.greys,
-                               *inheritance.colours)
+                               *inheritance.colours, slopes)
         watch.lap('possibility')
         self._initialise(random.child(0), previous.own.genes if inherited else None)
         watch.lap('seeds')
@@ -167,6 +171,12 @@ class PaperMatcher:
         comparable = seen.sum(axis=0) > 2 * NEAR + 1
         return np.maximum(possible - others, 0) * comparable / np.maximum(
             possible, np.float32(1 / FULL))
+
+    def _slopes(self, before):
+        """Return how N rises: float32 (2, R, C); before: (R, C), the fittest map inherited."""
+        labels = np.empty(before.shape, np.float32)     # moved maps keep fractions of a label
+        self._inheritance.inherit(before.astype(np.float32), np.full_like(labels, np.nan), labels)
+        return self._slopes_of(labels, self._config.neighbourhood)
 
     def _initialise(self, random, before):
         """

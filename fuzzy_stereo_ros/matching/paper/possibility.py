@@ -10,7 +10,9 @@ The uniform reading differs from Eq. 2 as printed in four points:
   only that Eq. 4 is "to penalize pixels which project onto uniform regions".
 * N is centred on the cell and holds its uniform cells: Pi(r + i, c + j, C(r, c)), not the genes
   of the neighbours as in Eq. 3: "comparing the areas around the two pixels", "to have a
-  discriminating comparison between the projections", "a neighbouring N of uniform cells".
+  discriminating comparison between the projections", "a neighbouring N of uniform cells". Where
+  a map is inherited from the previous frame, N rises as that does there, so that it is compared
+  along slanted surfaces: as Eq. 3 does with the genes of the neighbours.
 * Gradient classes are compared by `shared_membership`. The paper has no words for this.
 * A match counts as possible if it is very possible, Zadeh's "very" being the square. The paper
   has no words for this.
@@ -18,11 +20,13 @@ The uniform reading differs from Eq. 2 as printed in four points:
 A match outside the target has no evidence for or against it: it counts in N as `OUTSIDE`, so that
 the cells around it decide.
 """
+import math
+
 import cv2
 from fuzzy_stereo_ros.matching.bands import cut_bands
 from fuzzy_stereo_ros.matching.kernels.genetic.uniform_fitness import FRAME
 from fuzzy_stereo_ros.matching.kernels.possibility.fuzzy_classes import (
-    average_over_uniform, fill_class_possibility, fill_planes)
+    average_over_uniform, fill_class_possibility, fill_planes, REACH)
 from fuzzy_stereo_ros.matching.kernels.simd import LANES
 import numpy as np
 
@@ -33,6 +37,8 @@ GRADIENT_CENTRES = (-4.0, -2.0, 0.0, 2.0, 4.0)
 GRADIENT_SIGMA = 1.0 / np.sqrt(2.0 * np.log(2.0))
 FULL = 255.0            # a possibility of 1 in the whole numbers of the kernels
 OUTSIDE = 40            # 255ths, of a match outside the target: about that of a poor match
+APART = 6               # cells on both sides of one over which a map rises
+BENT = 1                # labels by which these rises may differ; more is a step between surfaces
 GRADIENT_STEPS = 8      # levels of a gradient a unit of its classes
 UNIFORM_SIGMA = 20.0    # grey levels, of the class of the colour at the middle of N
 LEAST_UNIFORM = 0.007   # a membership below this is none
@@ -148,6 +154,30 @@ def nearness(neighbourhood):
     return np.exp(-distance**2 / 2).astype(np.float32)
 
 
+def slopes_of(labels, neighbourhood):
+    """
+    Return by how much a map rises from cell to cell, across and down: the mean over N.
+
+    Steps from one surface to another, and cells that are not known, do not count.
+
+    labels: float32 (R, C), NaN = not known; neighbourhood: side of N; slopes: float32 (2, R, C)
+    """
+    return np.stack([_slopes_across(labels, neighbourhood),
+                     _slopes_across(labels.T, neighbourhood).T])
+
+
+def _slopes_across(labels, side):
+    """Return the same along rows: float32 (R, C)."""
+    rises, known = np.zeros((2, *labels.shape), np.float32)
+    before, middle, after = labels[:, :-2 * APART], labels[:, APART:-APART], labels[:, 2 * APART:]
+    straight = np.abs(before - 2 * middle + after) <= BENT
+    rises[:, APART:-APART] = np.where(straight, after - before, 0)
+    known[:, APART:-APART] = straight
+    total, number = (cv2.boxFilter(values, -1, (side, side), normalize=False,
+                                   borderType=cv2.BORDER_CONSTANT) for values in (rises, known))
+    return total / np.maximum(2 * APART * number, 1)
+
+
 class LiteralPossibility:
     """
     Eq. 2 as printed; 0 for a match outside the target image.
@@ -187,8 +217,7 @@ class UniformPossibility:
 
     def __init__(self, config, rows, columns):
         """Allocate all that pairs of one size need."""
-        # whole vectors of disparities: what is beyond the last one is averaged, but not read
-        shape = rows, columns, -(-config.disparities // LANES) * LANES
+        shape = rows, columns, max(config.disparities, LANES) + REACH
         self._disparities = config.disparities
         gradient = gradient_table()
         self._tables = np.stack([possibility_table(config.class_sigma), gradient, gradient])
@@ -197,16 +226,25 @@ class UniformPossibility:
         self._weights = np.outer(nearness(config.neighbourhood),
                                  np.append(uniform_membership(), np.float32(0)))
         self._min_disparity = config.min_disparity
-        self._cells, self._along_rows = (np.zeros(shape, np.uint8) for _ in range(2))
+        self._cells, self._along_rows = (
+            np.full(REACH + math.prod(shape), OUTSIDE, np.uint8)[REACH:].reshape(shape)
+            for _ in range(2))
+        self._flat = np.zeros((2, rows, columns), np.float32)
+        self._steepest = REACH / max(config.neighbourhood // 2, 1)
         self._bands, self._levels = cut_bands(rows), [None, None]
         self.planes = np.zeros((config.disparities, rows + 2, columns + FRAME), np.uint8)
 
-    def set_pair(self, pool, left, right, colours):
+    def set_pair(self, pool, left, right, colours, slopes=None):
         """
         Write the possibilities of a pair.
 
-        left, right: uint16 (R, C), luminance; colours: uint8 (3, R + 2, W), framed, of left
+        left, right: uint16 (R, C), luminance; colours: uint8 (3, R + 2, W), framed, of left;
+        slopes: float32 (2, R, C), of N across and down, labels a cell; None: N does not rise
         """
+        across, down = self._flat if slopes is None else np.clip(
+            slopes, -self._steepest, self._steepest)
+        labels = self._disparities, OUTSIDE
+
         def describe(side):
             self._levels[side] = class_levels((left, right)[side])
 
@@ -215,12 +253,12 @@ class UniformPossibility:
                                    self._disparities, OUTSIDE, *band[1:], self._cells)
 
         def average_along_rows(band):
-            average_over_uniform(self._cells, colours, self._weights, False, *band[1:],
-                                 self._along_rows)
+            average_over_uniform(self._cells, colours, self._weights, across, labels, False,
+                                 *band[1:], self._along_rows)
 
         def average_along_columns(band):
-            average_over_uniform(self._along_rows, colours, self._weights, True, *band[1:],
-                                 self._cells)
+            average_over_uniform(self._along_rows, colours, self._weights, down, labels, True,
+                                 *band[1:], self._cells)
             fill_planes(self._cells, self._very, *band[1:], self.planes)
 
         pool.each(describe, (0, 1))

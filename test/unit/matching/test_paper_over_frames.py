@@ -7,6 +7,7 @@ from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
 from fuzzy_stereo_ros.matching.kernels.temporal.warp import inherit, origins_of_tiles
 from fuzzy_stereo_ros.matching.match import Camera
 from fuzzy_stereo_ros.matching.over_frames import camera_motion
+from fuzzy_stereo_ros.matching.paper.matcher import Stages
 from fuzzy_stereo_ros.synthetic.scenes import FOCAL, make_pair, make_sequence
 from hypothesis import given, settings, strategies as st
 from made_scenes import wrong
@@ -92,6 +93,14 @@ def test_a_population_moves_with_the_camera():
     alone, _ = matches_of(pairs)
     assert followed[-1].motion == camera_motion.FOLLOWED
     assert wrong(followed[-1], pairs[-1]) < 0.7 * wrong(alone[-1], pairs[-1])
+
+
+def test_a_road_is_compared_along_its_slope():
+    pairs = frames(drive=0.08, pan=2.0, noise=1.0)
+    sloping, _ = matches_of(pairs, CAMERA)
+    facing, _ = matches_of(pairs, CAMERA, StereoMatcher(CONFIG, Stages(slopes=None)))
+    assert bits(sloping[0]) == bits(facing[0])
+    assert wrong(sloping[-1], pairs[-1]) < 0.7 * wrong(facing[-1], pairs[-1])
 
 
 @pytest.mark.parametrize('shape', [(ROWS, COLUMNS), (ROWS - 30, COLUMNS - 20)])

@@ -5,11 +5,13 @@ from fuzzy_stereo_ros.matching import MatcherConfig
 from fuzzy_stereo_ros.matching.kernels.genetic.uniform_fitness import fill_chosen, FRAME
 from fuzzy_stereo_ros.matching.kernels.possibility.fuzzy_classes import (
     average_over_uniform, fill_class_possibility, fill_largest_elsewhere, fill_planes,
-    most_possible)
+    most_possible, REACH)
+from fuzzy_stereo_ros.matching.kernels.simd import LANES
 from fuzzy_stereo_ros.matching.paper.fitness import inside
 from fuzzy_stereo_ros.matching.paper.possibility import (
-    class_levels, GRADIENT_CENTRES, GRADIENT_SIGMA, gradient_table, LiteralPossibility, nearness,
-    shared_membership, uniform_membership, very_possible_table)
+    APART, BENT, class_levels, GRADIENT_CENTRES, GRADIENT_SIGMA, gradient_table,
+    LiteralPossibility, nearness, shared_membership, slopes_of, uniform_membership,
+    very_possible_table)
 from hypothesis import given, settings, strategies as st
 import numpy as np
 import pytest
@@ -111,18 +113,27 @@ def test_possibility_by_classes_is_the_product_of_three_tables(disparities, min_
         assert abs(int(found[row, column, index]) - expected) <= 0.5001
 
 
+@pytest.mark.parametrize('steepest', [0.0, REACH / 3])
 @pytest.mark.parametrize('along_columns', [False, True])
-@pytest.mark.parametrize('shape', [(9, 14, 32), (1, 5, 64), (5, 1, 32), (1, 1, 32)])
-def test_averages_are_over_uniform_cells_in_parts_of_256(shape, along_columns):
+@pytest.mark.parametrize('shape', [(9, 14, 32), (1, 5, 45), (5, 1, 64), (5, 6, 3), (1, 1, 32)])
+def test_averages_are_over_uniform_cells_of_a_sloping_line_in_parts_of_256(
+        shape, along_columns, steepest):
     generator = np.random.default_rng(5)
     volume = generator.integers(0, 256, shape).astype(np.uint8)
     colours = generator.integers(90, 120, (3, *shape[:2])).astype(np.uint8)
+    slopes = generator.uniform(-steepest, steepest, shape[:2]).astype(np.float32)
     framed = np.pad(colours, ((0, 0), (1, 1), (1, FRAME - 1)))
     weights = np.outer(nearness(7), np.append(uniform_membership(), np.float32(0)))
-    found = np.full(shape, 99, np.uint8)
-    average_over_uniform(volume, framed, weights, along_columns, 0, shape[0], found)
+    depth = max(shape[2], LANES) + REACH
+    memory = np.full((2, REACH + shape[0] * shape[1] * depth), 40, np.uint8)
+    cells, found = (one[REACH:].reshape(*shape[:2], depth) for one in memory)
+    cells[..., :shape[2]] = volume
+    average_over_uniform(cells, framed, weights, slopes, (shape[2], 40), along_columns, 0,
+                         shape[0], found)
+    assert (found[..., shape[2]:] == 40).all() and (memory[1, :REACH] == 40).all()
+    around = np.pad(volume, ((0, 0), (0, 0), (REACH, REACH)), constant_values=40).astype(int)
     for row, column in np.ndindex(shape[:2]):
-        others, degrees = [], []
+        others, degrees, rises = [], [], []
         for step in range(-3, 4):
             other = (row + step, column) if along_columns else (row, column + step)
             if 0 <= other[0] < shape[0] and 0 <= other[1] < shape[1]:
@@ -130,13 +141,34 @@ def test_averages_are_over_uniform_cells_in_parts_of_256(shape, along_columns):
                                 - colours[:, other[0], other[1]])**2)
                 others.append(other)
                 degrees.append(weights[abs(step), min(apart // 4, weights.shape[1] - 1)])
+                rises.append(REACH + int(np.floor(slopes[row, column] * step + 0.5)))
         scale = np.float32(256) / np.sum(degrees, dtype=np.float32)
         parts = np.floor(np.array(degrees) * scale + np.float32(0.5)).astype(int)
         middle = others.index((row, column))
         parts[middle] += 256 - parts.sum()
-        total = sum(part * volume[other].astype(int) for part, other in zip(parts, others))
-        np.testing.assert_array_equal(found[row, column], (total + 128) // 256)
+        total = sum(part * around[other][rise:rise + shape[2]]
+                    for part, other, rise in zip(parts, others, rises))
+        np.testing.assert_array_equal(found[row, column, :shape[2]], (total + 128) // 256)
         assert np.abs(parts - 256 * np.array(degrees) / np.sum(degrees)).max() < 4
+
+
+@given(across=st.floats(-0.6, 0.6), down=st.floats(-0.6, 0.6), seed=st.integers(0, 9))
+def test_the_slopes_of_a_plane_are_its_own_where_cells_are_unknown_too(across, down, seed):
+    rows, columns = np.mgrid[:30, :40]
+    plane = (40 + across * columns + down * rows).astype(np.float32)
+    plane[np.random.default_rng(seed).random(plane.shape) < 0.2] = np.nan
+    found = slopes_of(plane, 25)
+    assert found.dtype == np.float32 and found.flags.c_contiguous
+    np.testing.assert_allclose(found[0], across, atol=1e-5)
+    np.testing.assert_allclose(found[1], down, atol=1e-5)
+
+
+@pytest.mark.parametrize('shape', [(1, 1), (5, 60), (60, 5), (13, 13)])
+def test_a_step_between_surfaces_has_no_slope(shape):
+    for axis, step in np.ndindex(2, 2):
+        walls = np.zeros(shape, np.float32)
+        np.moveaxis(walls, axis, 0)[shape[axis] // 2:] = BENT + step
+        assert slopes_of(walls, 25).any() == (step == 0 and shape[axis] > 2 * APART)
 
 
 @settings(max_examples=40, deadline=None)

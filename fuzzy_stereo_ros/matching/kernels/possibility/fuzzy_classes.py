@@ -12,6 +12,7 @@ import numpy as np
 
 WHOLE_BITS = 8
 WHOLE = 2**WHOLE_BITS       # sum of the weights of an average
+REACH = 8                   # disparities that an average reaches up and down at the most
 
 
 @kernel
@@ -45,26 +46,34 @@ def fill_class_possibility(tables, levels, min_disparity, disparities, outside, 
 
 
 @kernel(allocates=True)
-def average_over_uniform(possibility, colours, weights, along_columns, first, last, average):
+def average_over_uniform(possibility, colours, weights, slopes, labels, along_columns, first, last,
+                         average):
     """
     Write the mean possibility over the uniform cells along one direction through each cell.
+
+    The cells lie on a line that rises by the slope at the middle, in whole disparities.
 
     A cell weighs by its nearness AND by its membership in the class of the colour at the middle:
     Eq. 1 about that colour. Weights are rounded to 1 / WHOLE, and the middle takes what that
     leaves over: sums of LANES disparities at once then fit 16 bits.
 
-    possibility: uint8 (R, C, D), 255ths, D a multiple of simd.LANES; colours: uint8
-    (3, R + 2, W), framed; weights: float32 (half + 1, n), by distance in cells and by squared
-    distance of colours / 4, the last for all beyond; along_columns: or along rows; first, last:
-    rows; average: uint8 (R, C, D), 255ths, written
+    possibility: uint8 (R, C, max(D, LANES) + REACH), 255ths; what is beyond D, and REACH bytes
+    before the array, is that outside the range; colours: uint8 (3, R + 2, W), framed; weights:
+    float32 (half + 1, n), by distance in cells and by squared distance of colours / 4, the last
+    for all beyond; slopes: float32 (R, C), disparities a cell, at most REACH / half; labels: (D,
+    the possibility outside the range); along_columns: or along rows; first, last: rows; average:
+    as possibility, written
     """
-    rows, columns, disparities = possibility.shape
+    (rows, columns, depth), (disparities, outside) = possibility.shape, labels
     half = weights.shape[0] - 1
-    stride = disparities * (columns if along_columns else 1)
+    stride = depth * (columns if along_columns else 1)
+    within = simd.less(simd.lane_numbers(simd.splat(np.uint8(0))),
+                       simd.splat(np.uint8(min(disparities, simd.LANES))))
+    beyond = simd.splat(np.uint8(outside))
     flat, flat_average = possibility.reshape(-1), average.reshape(-1)
     degrees = np.zeros((2 * half + 1, columns), np.float32)
     parts, whole = np.zeros(degrees.shape, np.uint16), np.zeros(columns, np.float32)
-    distances = np.zeros(columns, np.int32)
+    distances, places = np.zeros(columns, np.int32), np.zeros(2 * half + 1, np.int64)
     for row in range(first, last):
         whole[:] = 0
         for tap in range(2 * half + 1):
@@ -84,14 +93,19 @@ def average_over_uniform(possibility, colours, weights, along_columns, first, la
         for column in range(columns):
             place, size = (row, rows) if along_columns else (column, columns)
             taps = range(max(half - place, 0), min(half + size - place, 2 * half + 1))
-            middle = (row * columns + column) * disparities
-            for block in range(middle, middle + disparities, simd.LANES):
+            middle, slope = (row * columns + column) * depth, slopes[row, column]
+            for tap in taps:
+                rise = np.floor(slope * np.float32(tap - half) + np.float32(0.5))
+                places[tap] = middle + (tap - half) * stride + np.int64(rise)
+            for block in range(0, disparities, simd.LANES):
+                begin = min(block, max(disparities - simd.LANES, 0))
                 total = simd.splat(np.uint16(WHOLE // 2))
                 for tap in taps:
                     total = simd.add(total, simd.multiply(
                         simd.splat(parts[tap, column]),
-                        simd.widen(simd.load(flat, block + (tap - half) * stride))))
-                simd.store(flat_average, block, simd.narrow(simd.shift_right(total, WHOLE_BITS)))
+                        simd.widen(simd.load(flat, places[tap] + begin))))
+                simd.store(flat_average, middle + begin, simd.choose(
+                    within, simd.narrow(simd.shift_right(total, WHOLE_BITS)), beyond))
 
 
 @called
