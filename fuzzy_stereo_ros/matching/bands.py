@@ -298,12 +298,15 @@ def cut_bands(rows, height=1):
 
 def cut_parts(rows, height=1):
     """
-    Return twice as many parts as `cut_bands` returns bands, in the same form; one below 64 rows.
+    Return twice as many parts as `cut_bands` returns bands, or more, in the same form.
 
-    For stages whose result is the same however rows are cut: the parts of a thread that wakes late
-    or runs slowly go to the others.
+    There is one below 64 rows; from 640 rows on each has 60 rows or more, up to 16 of them. For
+    stages whose result is the same however rows are cut: the parts of a thread that wakes
+    late or runs slowly go to the others.
     """
-    return _cut(rows, height, 2 * len(cut_bands(rows)) if rows >= _FEWEST_ROWS else 1)
+    bands = len(cut_bands(rows))
+    return _cut(rows, height, min(rows // 60, 16) if bands > 2
+                else 2 * bands if rows >= _FEWEST_ROWS else 1)
 
 
 def _cut(rows, height, count):
