@@ -47,7 +47,12 @@ class History(NamedTuple):
     pictures: np.ndarray
     ages: np.ndarray
     drifts: np.ndarray
-    labels: np.ndarray
+    labels: np.ndarray | None
+
+    @classmethod
+    def of(cls, state):
+        """Return that of a FrameState, None for none."""
+        return state and cls(state.pictures, state.ages, state.drifts, state.own.labels)
 
 
 class Motion:
@@ -134,7 +139,7 @@ class Averaging:
         """A copy of the drifts of both views' tiles: float32 (2, 2, tile rows, tile columns)."""
         return np.stack([tiles.drifts for tiles in self.tiles])
 
-    def restart(self, pool, views):
+    def _restart(self, pool, views):
         """Start anew with the pictures of this frame."""
         self.noise, self.shift, self.share = 0.0, (0, 0), 0.0
         for tiles in self.tiles:
@@ -150,9 +155,12 @@ class Averaging:
         """
         Average both views with the previous pictures, where they stayed or moved as a whole.
 
-        views: left and right; history: the `History`; search: whether the picture may have moved
-        as a whole.
+        views: left and right; history: the `History`, None to start anew; search: whether the
+        picture may have moved as a whole.
         """
+        if history is None:
+            self._restart(pool, views)
+            return
         pictures, ages, drifts, labels = history
         self.shift = 0, 0
         for tiles, before, drift in zip(self.tiles, ages, drifts):

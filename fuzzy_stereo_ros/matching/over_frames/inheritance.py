@@ -11,8 +11,7 @@ from fuzzy_stereo_ros.matching.bands import cut_bands
 from fuzzy_stereo_ros.matching.kernels.possibility.features import MARGIN
 from fuzzy_stereo_ros.matching.kernels.temporal import warp
 from fuzzy_stereo_ros.matching.kernels.temporal.change_detection import TILE
-from fuzzy_stereo_ros.matching.over_frames.averaging import (
-    ANOTHER, Averaging, History, STILL)
+from fuzzy_stereo_ros.matching.over_frames.averaging import ANOTHER, Averaging, History
 from fuzzy_stereo_ros.matching.over_frames.moving_camera import MovingCamera, NOISY
 from fuzzy_stereo_ros.matching.over_frames.pictures import luminance_shift, NoiseEstimate, Picture
 from fuzzy_stereo_ros.matching.over_frames.state import FrameState, NO_COLOURS
@@ -102,23 +101,20 @@ class Inheritance:
         averaging, moving = self._averaging, self._moving
         self.views[0].halve(self._half, 0, self._half.rows)
         self._noise.measure(self.views[0], self._half, 0, self.views[0].rows)
-        self.noisy = self._noise.level > NOISY      # before averaging
+        noise = self._noise.level       # before averaging
+        self.noisy = noise > NOISY
         number = len(self._channels) if self._coloured else 0
-        if state is None or len(state.colours) != number:
-            averaging.restart(pool, self.views)
-            state = None
-            before = np.empty((number, *self._shape), np.uint16) if number else NO_COLOURS
-        else:
+        before = np.empty((number, *self._shape), np.uint16) if number else NO_COLOURS
+        if state is not None and len(state.colours) == number:
             before = state.colours
-            averaging.average(pool, self.views, History(
-                state.pictures, state.ages, state.drifts, state.own.labels))
+        else:
+            state = None
+        averaging.average(pool, self.views, History.of(state))
         self.views[0].halve(self._half, 0, self._half.rows)
         followed = moving.follow(pool, state, camera, self._half.grey[:, :self._half.columns],
-                                 averaging.share >= STILL)
-        if followed and self.noisy and averaging.share < ANOTHER:
-            pictures, ages, before = moving.warped(state, state.colours, self._sides)
-            averaging.average(pool, self.views, History(
-                pictures, ages, np.zeros_like(state.drifts), None), search=False)
+                                 averaging.share)
+        warped = moving.average_warped(averaging, self.views, noise, state, self._sides)
+        before = before if warped is None else warped
         self._colours = np.empty_like(before)
         averaging.blend(pool, self._channels[:number], self._sides, before, self._colours,
                         LOUDER)

@@ -9,6 +9,7 @@ import cv2
 from fuzzy_stereo_ros.matching.bands import cut_bands
 from fuzzy_stereo_ros.matching.kernels.temporal import warp
 from fuzzy_stereo_ros.matching.kernels.temporal.change_detection import TILE
+from fuzzy_stereo_ros.matching.over_frames.averaging import ANOTHER, History, STILL
 from fuzzy_stereo_ros.matching.over_frames.camera_motion import between
 from fuzzy_stereo_ros.matching.over_frames.state import CameraState, NO_CAMERA
 import numpy as np
@@ -39,18 +40,18 @@ class MovingCamera:
         self._shift, self._min_disparity = min(min_disparity, 0), min_disparity
         self.description, self.motion = '', None
 
-    def follow(self, pool, previous, camera, half_grey, in_place):
+    def follow(self, pool, previous, camera, half_grey, share):
         """
         Move the map of a previous FrameState, None for none; return whether that was done.
 
-        camera: a `Camera`, or None; half_grey: uint8 (r, c), the left image at half size;
-        in_place: whether most of the picture is unchanged: then nothing has to be moved
+        camera: a `Camera`, or None; half_grey: uint8 (r, c), the left image at half size; share:
+        of its tiles that are unchanged: where most are, nothing has to be moved
         """
         self._pool, self._camera, self.motion, self.description = pool, camera, None, ''
         self._half_grey = half_grey
         if camera is None or previous is None or not previous.camera.half_grey.size:
             return False
-        if in_place:
+        if share >= STILL:
             self.description = IN_PLACE
             return False
         self.lowest, self.offset = self._min_disparity - camera.offset, camera.offset
@@ -62,17 +63,28 @@ class MovingCamera:
                              (self.moved, self.source))
         return self.motion is not None
 
-    def warped(self, previous, others=(), sides=()):
+    def average_warped(self, averaging, views, noise, previous, sides=()):
         """
-        Return the pictures and ages of a FrameState, and other pictures, warped to this frame.
+        Average views with the pictures of a FrameState, warped, where nothing better was found.
 
-        others: uint16 (N, R, C), of the left or the mirrored right view, by sides: 0 or 1
+        That is where noise is high and the `Averaging` found no unchanged tiles. noise: grey
+        levels, before averaging; sides: of the state's colours, of the left or the mirrored right
+        view, 0 or 1. Returns the warped colours, None where nothing was averaged.
         """
+        if self.motion is None or noise <= NOISY or averaging.share >= ANOTHER:
+            return None
+        pictures, ages, colours = self._warped(previous, sides)
+        averaging.average(self._pool, views, History(
+            pictures, ages, np.zeros_like(previous.drifts), None), search=False)
+        return colours
+
+    def _warped(self, previous, sides):
+        """Return the pictures, ages and colours of a FrameState, warped to this frame."""
         closed = np.where(self.moved < 0, cv2.medianBlur(self.moved, HOLE), self.moved)
         back = self.kernel_motion(_of_centres(self.motion.back))
         warp.to_right(closed, self._shift, self._right)
         pictures = np.empty_like(previous.pictures)
-        ages, moved = np.empty_like(previous.ages), np.empty_like(others)
+        ages, colours = np.empty_like(previous.ages), np.empty_like(previous.colours)
         for side, labels in enumerate((closed, self._right)):
             self._pool.each(lambda band, labels=labels, side=side: warp.look_back(
                 labels, back, self._shift, bool(side), self._columns, self._rows, band[1],
@@ -82,12 +94,12 @@ class MovingCamera:
                 across, down = (np.ascontiguousarray(found[:, ::-1]) for found in (
                     self._shape[1] - 1 - across, down))
             for before, after, of in ((previous.pictures[side], pictures[side], side),
-                                      *zip(others, moved, sides)):
+                                      *zip(previous.colours, colours, sides)):
                 if of == side:
                     cv2.remap(before, across, down, cv2.INTER_LINEAR, dst=after,
                               borderMode=cv2.BORDER_CONSTANT)
             ages[side] = _ages_at(previous.ages[side], across, down)
-        return pictures, ages, moved
+        return pictures, ages, colours
 
     @property
     def known(self):

@@ -19,8 +19,8 @@ from fuzzy_stereo_ros.matching.kernels.temporal import previous_best
 from fuzzy_stereo_ros.matching.kernels.temporal.change_detection import TILE
 from fuzzy_stereo_ros.matching.kernels.temporal.motion import move_map
 from fuzzy_stereo_ros.matching.kernels.units import OUTSIDE
-from fuzzy_stereo_ros.matching.over_frames.averaging import ANOTHER, Averaging, History, STILL
-from fuzzy_stereo_ros.matching.over_frames.moving_camera import MovingCamera, NOISY
+from fuzzy_stereo_ros.matching.over_frames.averaging import Averaging, History
+from fuzzy_stereo_ros.matching.over_frames.moving_camera import MovingCamera
 from fuzzy_stereo_ros.matching.over_frames.state import FrameState, NO_COLOURS
 from fuzzy_stereo_ros.matching.realtime.frames import TileHistory
 from fuzzy_stereo_ros.matching.realtime.moved_prior import MovedPrior
@@ -119,11 +119,7 @@ class WarmStart:
 
     def average(self, pool, state, views):
         """Average the pictures of `Views` with those of a state; None starts anew."""
-        if state is None:
-            self._averaging.restart(pool, views.pictures)
-        else:
-            self._averaging.average(pool, views.pictures, History(
-                state.pictures, state.ages, state.drifts, state.own.labels))
+        self._averaging.average(pool, views.pictures, History.of(state))
         left, ages = self._averaging.tiles[0], self._averaging.ages_of_both
         # The labels are those of the last search: a tile that changed since then has none.
         searched = 1 if state is None else 1 + state.own.since_search       # frames ago
@@ -136,14 +132,11 @@ class WarmStart:
         """
         Follow a camera that moved since a state, and average the `Views` with its warped pictures.
 
-        These are averaged only where noise is high and `average` found no unchanged tiles.
         camera: a `Camera` that may have moved, or None
         """
-        followed = self._moving.follow(pool, state, camera, views.half_grey,
-                                       self._averaging.share >= STILL)
-        if followed and views.noise > NOISY and self._averaging.share < ANOTHER:
-            self._averaging.average(pool, views.pictures, History(
-                *self._moving.warped(state)[:2], np.zeros_like(state.drifts), None), search=False)
+        self._moving.follow(pool, state, camera, views.half_grey, self._averaging.share)
+        if self._moving.average_warped(self._averaging, views.pictures, views.noise,
+                                       state) is not None:
             self._strengths[:] = 0      # the previous map is not in place
 
     @property

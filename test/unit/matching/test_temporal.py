@@ -231,11 +231,9 @@ def follow(scenes, noise):
         views = CensusPicture(*SIZE, False, 0), CensusPicture(*SIZE, True, 0)
         for view in views:
             view.read(*noisy([shown], noise, random), 0, 8, 0, SIZE[0])
-        if number == 0:
-            averaging.restart(pool, views)
-        else:
-            averaging.average(pool, views, History(
-                averaging.pictures, averaging.ages, averaging.drifts, np.zeros(SIZE, np.uint8)))
+        averaging.average(pool, views, History(
+            averaging.pictures, averaging.ages, averaging.drifts, np.zeros(SIZE, np.uint8))
+            if number else None)
     return averaging
 
 
