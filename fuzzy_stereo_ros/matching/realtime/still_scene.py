@@ -21,8 +21,8 @@ class StillResult(NamedTuple):
     """
     The result of a static scene, for the frames after it.
 
-    still: frames in a row in which nothing changed; since_search: frames since the last search;
-    still_disparity, still_confidence: float32 (R, C), its result, empty until `still` is
+    still: searched frames in a row in which nothing changed; since_search: frames since the last
+    search; still_disparity, still_confidence: float32 (R, C), its result, empty until `still` is
     SETTLED
     """
 
@@ -44,13 +44,16 @@ def reused_result(previous, views, config):
             or result.still < SETTLED or not _same_settings(previous.config, config)
             or _moves(views, previous.shape)):
         return None
-    return result._replace(still=result.still + 1, since_search=result.since_search + 1)
+    return result._replace(since_search=result.since_search + 1)
 
 
 def new_result(previous, views, match):
-    """Return the `StillResult` of a frame that was searched; match: its `Match`."""
-    moves = previous is None or _moves(views, match.disparity.shape)
-    still = 0 if moves else previous.own.result.still + 1
+    """
+    Return the `StillResult` of a frame that was searched; match: its `Match`.
+
+    previous, views: as above; in a first frame all tiles count as changed
+    """
+    still = 0 if _moves(views, match.disparity.shape) else previous.own.result.still + 1
     side = slice(None if still >= SETTLED else 0)
     return StillResult(
         still, 0, match.disparity[side, side].copy(), match.confidence[side, side].copy())
@@ -67,10 +70,10 @@ def _moves(views, shape):
     Return whether two tiles of a view, side by side or one above the other, have changed.
 
     views: the `Tiles` of each; shape: rows and columns of the images. Where a view has one tile
-    only, its change is enough.
+    only, its change is enough; less than half a tile counts as changed.
     """
     # With less than half a tile inside, at the right and lower edge, noise looks like a change.
-    rows, columns = (max((side + TILE // 2) // TILE, 1) for side in shape)
+    rows, columns = ((side + TILE // 2) // TILE for side in shape)
     for tiles in views:
         changed = tiles.choices[:rows, :columns] != 0
         if (changed.all() or (changed[1:] & changed[:-1]).any()

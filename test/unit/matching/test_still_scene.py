@@ -57,29 +57,36 @@ def with_object(rows, columns):
 
 def test_one_frame_in_so_many_is_searched_once_nothing_has_moved_for_long():
     matcher = StereoMatcher(CONFIG)
-    kept = [matcher.match(*pair).reused for pair in frames(SETTLED + 10)]
+    kept = []
+    for pair in frames(SETTLED + 10):
+        match = matcher.match(*pair)
+        kept.append(match.reused)
+        assert np.nanmin(match.disparity) >= 0 and match.confidence.min() >= 0
+        match.disparity[:] = match.confidence[:] = -1       # they are the caller's own
     assert kept == [False] * (SETTLED + 1) + 3 * [True, True, False]
 
 
-def test_frames_between_have_the_result_of_the_last_search_in_arrays_of_their_own():
+def test_frames_between_have_the_result_of_the_last_search():
     matcher, found = after_settling(), settled()[1]
     for pair in frames(2, seed=1):
         match = matcher.match(*pair)
         assert match.reused and match.warm and match.generations == 0
         np.testing.assert_array_equal(match.disparity, found.disparity)
         np.testing.assert_array_equal(match.confidence, found.confidence)
-        match.disparity[:] = match.confidence[:] = 7
 
 
-def test_noise_is_averaged_away_while_results_are_kept():
+def test_noise_is_averaged_away_and_drifts_add_up_while_results_are_kept():
     matcher = after_settling()
-    pictures = matcher.state.pictures
+    before = matcher.state
     matcher.match(*next(frames(1, seed=1)))
-    assert (matcher.state.pictures != pictures).mean() > 0.5
+    assert (matcher.state.pictures != before.pictures).mean() > 0.5
+    assert (matcher.state.drifts != before.drifts).mean() > 0.5
 
 
 @pytest.mark.parametrize('change', [
-    pytest.param(lambda: with_object(24, 24), id='an object'),
+    pytest.param(lambda: with_object(24, 8), id='an object'),
+    pytest.param(lambda: (with_object(8, 24)[0], scene()[1]), id='an object seen by the left'),
+    pytest.param(lambda: (scene()[0], with_object(8, 24)[1]), id='an object seen by the right'),
     pytest.param(lambda: tuple(np.roll(image, 8, axis=1) for image in scene()), id='a pan'),
     pytest.param(lambda: make_pair(96, 160, 32, seed=9)[:2], id='a cut')])
 def test_a_frame_in_which_anything_changes_is_searched(change):
