@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """A camera with a real lens, a little turned: how it sees points, in plain NumPy."""
 from dataclasses import dataclass
+from functools import cache
 
 import cv2
 from made_messages import info
@@ -58,19 +59,26 @@ class RawCamera:
 
     def raw(self, image):
         """Return what the camera would see of a rectified image (R, C) or (R, C, 3)."""
-        down, across = np.mgrid[:ROWS, :COLUMNS].astype(np.float64)
-        goal = ((across - self.centre[0]) / self.focal[0], (down - self.centre[1]) / self.focal[1])
-        x, y = goal
-        for _ in range(100):
-            bent = _bent(self.model, x, y)
-            x, y = x + goal[0] - bent[0], y + goal[1] - bent[1]
-        assert np.abs(np.array(_bent(self.model, x, y)) - goal).max() < 1e-9
-        x, y, z = np.tensordot(self.rotation, np.stack([x, y, np.ones_like(x)]), 1)
-        return cv2.remap(image, (FOCAL * x / z + CENTRE[0]).astype(np.float32),
-                         (FOCAL * y / z + CENTRE[1]).astype(np.float32), cv2.INTER_LANCZOS4)
+        return cv2.remap(image, *_sources(self), cv2.INTER_LANCZOS4)
 
     def _place(self, dimensions):
         return np.reshape([self.right, 0, 0], (3,) + (1,) * (dimensions - 1))
+
+
+@cache
+def _sources(camera):
+    """Return the column and row of a rectified image that each raw pixel shows: float32 (R, C)."""
+    down, across = np.mgrid[:ROWS, :COLUMNS].astype(np.float64)
+    goal = ((across - camera.centre[0]) / camera.focal[0],
+            (down - camera.centre[1]) / camera.focal[1])
+    x, y = goal
+    for _ in range(100):
+        bent = _bent(camera.model, x, y)
+        x, y = x + goal[0] - bent[0], y + goal[1] - bent[1]
+    assert np.abs(np.array(_bent(camera.model, x, y)) - goal).max() < 1e-9
+    x, y, z = np.tensordot(camera.rotation, np.stack([x, y, np.ones_like(x)]), 1)
+    return ((FOCAL * x / z + CENTRE[0]).astype(np.float32),
+            (FOCAL * y / z + CENTRE[1]).astype(np.float32))
 
 
 def _bent(model, x, y):

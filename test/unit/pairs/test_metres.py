@@ -10,7 +10,7 @@ import pytest
 
 LEFT = Projection(410.0, 395.5, 17.25, 11.5)
 DISPARITIES = arrays(
-    np.float32, st.tuples(st.integers(1, 19), st.integers(1, 37)),
+    np.float32, st.tuples(st.integers(1, 5), st.integers(1, 9)),
     elements=st.one_of(st.integers(-500, 2000).map(lambda steps: steps / 16), st.just(np.nan)))
 CALIBRATIONS = st.builds(
     Calibration, focal=st.floats(50, 5000), baseline=st.floats(0.01, 2),
