@@ -11,6 +11,7 @@ from typing import NamedTuple
 
 from fuzzy_stereo_ros.matching.kernels.compiled import called, inlined, kernel
 from fuzzy_stereo_ros.matching.kernels.planes.plain_regions import BANDS, COUNTED, Votes
+from fuzzy_stereo_ros.matching.kernels.selection import median
 import numpy as np
 
 APART = 3            # px from the best disparity; nearer ones count as the same
@@ -36,27 +37,6 @@ class RegionCells(NamedTuple):
 
 
 @inlined
-def _median(values, number):
-    """Return the middle one of the first values, of two the lower one; their order changes."""
-    low, high, middle = 0, number - 1, (number - 1) // 2
-    while low < high:       # quickselect
-        pivot, left, right = values[middle], low, high
-        while left <= right:
-            while values[left] < pivot:
-                left += 1
-            while values[right] > pivot:
-                right -= 1
-            if left <= right:
-                values[left], values[right] = values[right], values[left]
-                left, right = left + 1, right - 1
-        if right < middle:
-            low = left
-        if middle < left:
-            high = right
-    return values[max(middle, 0)]
-
-
-@inlined
 def _score(totals, counts, valid, floors, scores, middles, spreads, deviations):
     """Write the deviations of each disparity, -9 where it is not valid; middle and spread."""
     labels = valid.size
@@ -67,10 +47,10 @@ def _score(totals, counts, valid, floors, scores, middles, spreads, deviations):
             if valid[label]:
                 scores[number] = totals[band, label] / np.sqrt(float(max(counts[label], 1)))
                 number += 1
-        middle = _median(scores, number)
+        middle = median(scores, number)
         for place in range(number):
             scores[place] = abs(scores[place] - middle)
-        spread = max(1.48 * _median(scores, number), floors[band]) + 1e-6
+        spread = max(1.48 * median(scores, number), floors[band]) + 1e-6
         middles[band], spreads[band] = middle, spread
         for label in range(labels):
             deviations[label] += (
@@ -155,8 +135,11 @@ def sum_cells(votes, places, power, totals, seen, floors):
                 target, curve = totals[1 + (row + column) % 2, band], curves[place, band]
                 for label in range(labels):
                     target[label] += curve[label]
-    totals[0], seen[0] = totals[1] + totals[2], seen[1] + seen[2]
+    for label in range(labels):
+        seen[0, label] = seen[1, label] + seen[2, label]
     for band in range(BANDS):
+        for label in range(labels):
+            totals[0, band, label] = totals[1, band, label] + totals[2, band, label]
         floors[band] = np.sqrt(floors[band] / (2 * pixels) * power[band])
 
 
@@ -180,8 +163,11 @@ def centres(cells, start, right, down):
         x, y, pixels = x + columns, y + rows, pixels + number
         right[place], down[place] = columns / number, rows / number
     x, y = x / pixels, y / pixels
-    wide = max((right.max() - right.min()) / 2, 1.0)
-    high = max((down.max() - down.min()) / 2, 1.0)
+    left, top, last, bottom = right[0], down[0], right[0], down[0]
+    for place in range(right.size):
+        left, last = min(left, right[place]), max(last, right[place])
+        top, bottom = min(top, down[place]), max(bottom, down[place])
+    wide, high = max((last - left) / 2, 1.0), max((bottom - top) / 2, 1.0)
     for place in range(right.size):
         right[place], down[place] = (right[place] - x) / wide, (down[place] - y) / high
     return x, y, wide, high
@@ -221,6 +207,13 @@ def evidence_of_plane(weighted, seen, right, down, plane, found):
     return total / np.sqrt(max(number, 1.0))
 
 
+@inlined
+def _copy(plane, result):
+    """Write a plane."""
+    for place in range(3):
+        result[place] = plane[place]
+
+
 @called(allocates=True)
 def climb(weighted, seen, right, down, plane, found):
     """
@@ -237,13 +230,14 @@ def climb(weighted, seen, right, down, plane, found):
         while better:
             better = False
             for way in range(6):
-                plane[:] = best
+                _copy(best, plane)
                 plane[way // 2] += step if way % 2 else -step
                 if max(abs(plane[1]), abs(plane[2])) <= STEEPEST:
                     new = evidence_of_plane(weighted, seen, right, down, plane, found)
                     if new > evidence + GAIN:
-                        best[:], evidence, better = plane, new, True
-    plane[:] = best if evidence >= level + TILTED else flat
+                        _copy(plane, best)
+                        evidence, better = new, True
+    _copy(best if evidence >= level + TILTED else flat, plane)
     return evidence_of_plane(weighted, seen, right, down, plane, found)
 
 
@@ -255,9 +249,15 @@ def by_chance(weighted, valid, places, start, nearest, best):
     for label in range(nearest, labels, max(labels // SAMPLES, 1)):
         if valid[label] and abs(label - best) > APART:
             spread_around(weighted[:, label], places, start, around)
-            found[samples] = around.std()
+            mean = square = 0.0
+            for place in range(number):
+                mean += around[place]
+            mean /= number
+            for place in range(number):
+                square += (around[place] - mean)**2
+            found[samples] = np.sqrt(square / number)
             samples += 1
-    return _median(found, samples) + 1e-6
+    return median(found, samples) + 1e-6
 
 
 @kernel(allocates=True)
@@ -279,8 +279,12 @@ def judge(votes, region, disparities, nearest, power, plane, figures, accepted):
     totals = np.zeros((3, BANDS, labels), np.int32)
     seen_by, floors = np.zeros((3, labels), np.int32), np.zeros(BANDS)
     sum_cells(votes, places, power, totals, seen_by, floors)
-    valid = seen_by[0] > VISIBLE * seen_by[0].max()
-    if not valid.any():
+    valid, most = np.zeros(labels, np.bool_), 0
+    for label in range(labels):
+        most = max(most, seen_by[0, label])
+    for label in range(labels):
+        valid[label] = seen_by[0, label] > VISIBLE * most
+    if not most:
         return False
     scores, deviations, bests = np.zeros(labels), np.zeros(labels), np.zeros(3, np.int64)
     middles, spreads = np.zeros(BANDS), np.zeros(BANDS)
@@ -302,8 +306,10 @@ def judge(votes, region, disparities, nearest, power, plane, figures, accepted):
                                              np.zeros(number), np.zeros(number))
     weigh(curves, counts, start, spreads, weighted, seen)
     x, y, wide, high = centres(cells, start, right, down)
-    middle = (middles / spreads).sum()
-    found = np.array([_between(deviations, best), 0.0, 0.0])
+    middle, found = 0.0, np.zeros(3)
+    for band in range(BANDS):
+        middle += middles[band] / spreads[band]
+    found[0] = _between(deviations, best)
     figures[0] = climb(weighted, seen, right, down, found, of_plane) - middle
     figures[3] = evidence_of_map(
         cells, places, start, nearest, weighted, seen, of_map) - middle
@@ -312,12 +318,19 @@ def judge(votes, region, disparities, nearest, power, plane, figures, accepted):
 
     spread_around(of_plane, places, start, around)
     usual = by_chance(weighted, valid, places, start, nearest, best)
-    figures[4] = (around * cells[start:stop, 0]).sum() / cells[start:stop, 0].sum() / usual
+    total = pixels = 0.0
+    for place in range(number):
+        total += around[place] * cells[start + place, 0]
+        pixels += cells[start + place, 0]
+    figures[4] = total / pixels / usual
     if figures[4] >= DECISIVE:
         return False
     limit = max(figures[4] - DECISIVE, LENIENT) * usual
-    spread_around(of_plane - of_map, places, start, around)
-    accepted[start:stop] = around > limit
+    for place in range(number):
+        of_plane[place] -= of_map[place]
+    spread_around(of_plane, places, start, around)
+    for place in range(number):
+        accepted[start + place] = around[place] > limit
     plane[0], plane[1] = found[1] / wide, found[2] / high
     plane[2] = found[0] - plane[0] * x - plane[1] * y
     return True

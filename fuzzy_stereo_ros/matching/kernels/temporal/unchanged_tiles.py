@@ -4,6 +4,7 @@
 from typing import NamedTuple
 
 from fuzzy_stereo_ros.matching.kernels.compiled import called, kernel
+from fuzzy_stereo_ros.matching.kernels.selection import of_rank
 import numpy as np
 
 QUIET_TILES = 0.2    # share of the tiles that are expected to differ by noise alone
@@ -35,17 +36,22 @@ def tile_noises(differences, rough, noises):
     levels, fitted to the darker and the brighter tiles; it is steepest for photon noise, whose
     line goes through the origin.
     """
-    smallest, brightness = differences[0, 0].ravel(), differences[0, 7].ravel()
+    smallest, brightness = differences[0, 0].ravel().copy(), differences[0, 7].ravel()
     for shift in range(1, len(differences)):
-        smallest = np.minimum(smallest, differences[shift, 0].ravel())
-    rough, flat = rough.ravel(), noises.ravel()
-    noise = _noise(smallest, rough)
-    bright = brightness > _mean(brightness)
+        further = differences[shift, 0].ravel()
+        for tile in range(smallest.size):
+            smallest[tile] = min(smallest[tile], further[tile])
+    rough, flat, mean = rough.ravel(), noises.ravel(), 0.0
+    for grey in brightness:
+        mean += grey
+    mean /= brightness.size
+    _, noise = _noise(smallest, rough, brightness, -np.inf, np.inf)
     flat[:] = noise
-    if not bright.any():
+    brighter, loud = _noise(smallest, rough, brightness, mean, np.inf)
+    if brighter <= mean:        # all are alike
         return noise
-    darker, dark = _noise_of_some(smallest, rough, brightness, ~bright)
-    brighter, loud = _noise_of_some(smallest, rough, brightness, bright)
+    darker, dark = _noise(smallest, rough, brightness, -np.inf, mean)
+    dark, loud = dark**2, loud**2
     slope = min(max(loud - dark, 0.0) / max(brighter - darker, 1.0), dark / max(darker, 1.0))
     for tile in range(flat.size):
         flat[tile] = np.sqrt(
@@ -54,33 +60,27 @@ def tile_noises(differences, rough, noises):
 
 
 @called(allocates=True)
-def _noise_of_some(differences, rough, brightness, chosen):
-    """Return the mean grey level of the quiet ones of the chosen tiles, and their variance."""
-    some = differences[chosen]
-    return (_mean(brightness[chosen][some <= _quiet(some)]),
-            _noise(some, rough[chosen])**2)
+def _noise(differences, rough, brightness, darkest, brightest):
+    """
+    Return the mean grey level of the quiet ones of some tiles, and their noise; 0 for no tiles.
 
+    The noise of tiles shows in their differences and in their second differences.
 
-@called
-def _mean(values):
-    """Return the mean of values, summed in float64."""
-    total = 0.0
-    for value in values:
-        total += value
-    return total / len(values)
-
-
-@called(allocates=True)
-def _noise(differences, rough):
-    """Return the noise of tiles by their differences and their second differences."""
-    return min(_quiet(differences), ROUGH * _quiet(rough))
-
-
-@called(allocates=True)
-def _quiet(by_tile):
-    """Return the quantile of values by tile below which tiles differ by noise alone."""
-    place = int(QUIET_TILES * (len(by_tile) - 1))
-    return np.float64(np.partition(by_tile, place)[place])
+    darkest, brightest: the tiles are brighter than the one and at most as bright as the other
+    """
+    some, roughs, number = np.empty_like(differences), np.empty_like(rough), 0
+    for tile in range(differences.size):
+        if darkest < brightness[tile] <= brightest:
+            some[number], roughs[number], number = differences[tile], rough[tile], number + 1
+    if number == 0:
+        return 0.0, 0.0
+    place = int(QUIET_TILES * (number - 1))
+    quiet, total, quiets = of_rank(some, number, place), 0.0, 0
+    for tile in range(differences.size):
+        if darkest < brightness[tile] <= brightest and differences[tile] <= quiet:
+            total, quiets = total + brightness[tile], quiets + 1
+    return total / quiets, min(
+        np.float64(quiet), ROUGH * np.float64(of_rank(roughs, number, place)))
 
 
 @kernel(allocates=True)
@@ -100,9 +100,14 @@ def choose_tiles(differences, ages, noises, rules, choices, new_ages, sizes):
     louder = np.ones(ages.shape, np.float32)
     share = _choose(differences, ages, noises, louder, Rules(*rules), choices, new_ages, sizes)
     if share > RESTS:
-        for shift in range(len(ages)):
-            louder[shift] = np.sqrt(1 + 1 / np.maximum(ages[shift], np.float32(1)))
-        louder = np.maximum(louder / np.median(louder), np.float32(1))
+        flat, old = louder.ravel(), ages.ravel()
+        for tile in range(flat.size):
+            flat[tile] = np.sqrt(1 + 1 / max(old[tile], np.float32(1)))
+        some, number = flat.copy(), flat.size
+        usual = (of_rank(some, number, (number - 1) // 2)
+                 + of_rank(some, number, number // 2)) / np.float32(2)
+        for tile in range(flat.size):
+            flat[tile] = max(flat[tile] / usual, np.float32(1))
         _choose(differences, ages, noises, louder, Rules(*rules), choices, new_ages, sizes)
 
 
