@@ -104,11 +104,10 @@ class Inheritance:
         noise = self._noise.level       # before averaging
         self.noisy = noise > NOISY
         number = len(self._channels) if self._coloured else 0
-        before = np.empty((number, *self._shape), np.uint16) if number else NO_COLOURS
-        if state is not None and len(state.colours) == number:
-            before = state.colours
-        else:
+        if state is not None and len(state.colours) != number:
             state = None
+        before = (state.colours if state is not None
+                  else np.empty((number, *self._shape), np.uint16) if number else NO_COLOURS)
         averaging.average(pool, self.views, History.of(state))
         self.views[0].halve(self._half, 0, self._half.rows)
         followed = moving.follow(pool, state, camera, self._half.grey[:, :self._half.columns],
