@@ -14,7 +14,7 @@ import time
 
 from fuzzy_stereo_ros.evaluation.baselines import opencv_threads
 from fuzzy_stereo_ros.evaluation.report import Table
-from fuzzy_stereo_ros.matching.bands import ThreadPool
+from fuzzy_stereo_ros.matching.bands import all_before, first_of, ThreadPool
 from fuzzy_stereo_ros.matching.row_alignment import rig_of, Rows
 import numpy as np
 import pandas as pd
@@ -39,7 +39,7 @@ class TimedPool(ThreadPool):
         super().__init__(1)
         self.joins = []
 
-    def each(self, work, items, needs=None):
+    def each(self, work, items, needs=all_before):
         """Work as ThreadPool does, and time each item."""
         times = []
 
@@ -48,22 +48,22 @@ class TimedPool(ThreadPool):
             work(item)
             times.append(1000 * (time.thread_time() - begun))
         super().each(timed, items)
-        self.joins.append(list(zip(times, needs or [0] * len(times))))
+        self.joins.append([(one, max(needs(0, index), 0)) for index, one in enumerate(times)])
 
     def shares(self, needs):
         """Have a kernel called for each task."""
-        return [1] * len(needs), needs
+        return [1] * len(needs), first_of(needs)
 
 
 def scheduled(parts, cores):
     """
     Return when the last of some parts ends, each of which the first free core takes: ms.
 
-    parts: [(ms, need)]; a part begins once the first `need` parts, if above 0, have ended
+    parts: [(ms, need)]; a part begins once the first `need` parts have ended
     """
     free, ended = [0.0] * cores, [0.0]      # when cores are; when all of the first parts have
     for milliseconds, need in parts:
-        end = max(free[0], ended[max(need, 0)]) + milliseconds
+        end = max(free[0], ended[need]) + milliseconds
         heapreplace(free, end)
         ended.append(max(ended[-1], end))
     return ended[-1]

@@ -13,7 +13,6 @@ import time
 from weakref import finalize
 
 _FEWEST_ROWS = 64   # below this a band is mostly overlap
-NOTHING = -2**30    # what an item of a `Chain` needs that needs no stage before
 _TRIAL = 12         # frames at each place in a trial
 _REST = 48          # frames from a trial to the next, if times change in between
 _LONGEST_REST = 384     # frames from a trial to the next, if they do not
@@ -68,6 +67,36 @@ class HelperPlaces:
         return not self._usual / _CHANGED <= now <= self._usual * _CHANGED
 
 
+def all_before(before, index):
+    """
+    Return `before`: an item begins once all stages before are done.
+
+    This is a rule of what an item needs, as `each` takes it: a function of the number of items of
+    the stages before and of the item's index in its own stage. It returns how many of the first
+    items of all stages must be done before the item begins; they all come before it.
+    """
+    return before
+
+
+def nothing_before(before, index):
+    """Return 0: an item needs nothing; a rule, see `all_before`."""
+    return 0
+
+
+def beside(bands, reach=0):
+    """
+    Return a rule for a stage whose stage before has the same bands, see `all_before`.
+
+    An item needs its own band of the stage before, and `reach` bands below it.
+    """
+    return lambda before, index: before - max(len(bands) - index - 1 - reach, 0)
+
+
+def first_of(numbers):
+    """Return a rule: how many of the first items of its own stage each item needs."""
+    return lambda before, index: before + numbers[index]
+
+
 class ThreadPool:
     """
     The threads of one matcher, with the calling thread as one of them.
@@ -93,15 +122,15 @@ class ThreadPool:
             self.places.add(self.shared - self._frame)
         self._frame = self.shared
 
-    def each(self, work, items, needs=None):
+    def each(self, work, items, needs=all_before):
         """
         Call work(item) for every item and return when all are done; errors are raised here.
 
-        needs: for each item, how many of the first items must be done before it begins, all of
-        which come before it; None if the items are independent
+        needs: a rule of what an item needs, see `all_before`; there are no stages before
         """
-        if needs is not None and self.threads > 1:
-            work, items = _Ordered(work, items, needs), range(len(items))
+        needed = [needs(0, index) for index in range(len(items))]
+        if max(needed, default=0) > 0 and self.threads > 1:
+            work, items = _Ordered(work, items, needed), range(len(items))
         begun, left = time.perf_counter(), len(items)
         rest, done = iter(items), SimpleQueue()
         for queue in self._asked(min(self.threads, left) - 1):
@@ -125,9 +154,9 @@ class ThreadPool:
         Each thread calls it once, and the kernel itself waits for what tasks need: of a Chain the
         stages before are not needed.
 
-        needs: of each task, see `each`
+        needs: of each task, how many of the first tasks
         """
-        return [len(needs)] * self.threads, [NOTHING] * self.threads
+        return [len(needs)] * self.threads, nothing_before
 
     def _asked(self, number):
         """
@@ -175,39 +204,25 @@ class Chain:
         self.threads, self.shares, self._pool = pool.threads, pool.shares, pool
         self._calls, self._needs = [], []
 
-    def __len__(self):
-        """Return how many items the stages have."""
-        return len(self._calls)
-
-    def each(self, work, items, needs=None):
-        """
-        Add a stage, as `ThreadPool.each` runs it.
-
-        needs: as there, from the first item of the stage on; below 0 some of the last items of
-        the stages before need not be done, with NOTHING none of them; None: all must be done
-        """
-        begun = len(self)
+    def each(self, work, items, needs=all_before):
+        """Add a stage, as `ThreadPool.each` runs it; needs: a rule, see `all_before`."""
+        before = len(self._calls)
+        self._needs += [needs(before, index) for index in range(len(items))]
         self._calls += [(work, item) for item in items]
-        self._needs += ([begun] * (len(self) - begun) if needs is None
-                        else [begun + need for need in needs])
+
+    def stages_so_far(self):
+        """Return a rule for a later stage that needs those that are there now."""
+        number = len(self._calls)
+        return lambda before, index: number
 
     def run(self):
         """Run the stages; return when all are done."""
-        self._pool.each(_call, self._calls, self._needs)
+        self._pool.each(_call, self._calls, first_of(self._needs))
 
 
 def _call(call):
     work, item = call
     work(item)
-
-
-def beside(bands, reach=0):
-    """
-    Return what items of a `Chain` need whose stage before has the same bands: see `Chain.each`.
-
-    reach: how many of the next bands they read, too
-    """
-    return [min(index + 1 + reach, len(bands)) - len(bands) for index, _, _ in bands]
 
 
 class _Ordered:

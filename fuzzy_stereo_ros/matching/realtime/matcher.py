@@ -154,11 +154,11 @@ class RealtimeMatcher:
             self._regions.grow(chain, views.half.left.luminance, self._half_size.weak)
         self._refinement.join_speckles(chain, chosen, config)
         chain.each(fill, bands)
-        filled = len(chain)
+        filled = chain.stages_so_far()
         self._fitness.set_pair(views.target_range)
         self.population.measure(chain)
         if self._stages.mutation is not None:
-            self._regions.gather(chain, chosen, validity, filled - len(chain))
+            self._regions.gather(chain, chosen, validity, filled)
         chain.run()
         watch.lap(self._search.stage)
         budget = budget.reserving(self._durations[REFINING])

@@ -11,7 +11,7 @@ with the mutant takes the regions that are fitter.
 from itertools import pairwise
 
 from fuzzy_stereo_ros.matching.arrays import zeros
-from fuzzy_stereo_ros.matching.bands import Chain, cut_parts, NOTHING
+from fuzzy_stereo_ros.matching.bands import all_before, Chain, cut_parts, nothing_before
 from fuzzy_stereo_ros.matching.kernels.planes import segments
 from fuzzy_stereo_ros.matching.kernels.refinement import filling
 import numpy as np
@@ -74,13 +74,13 @@ class GreyRegions:
         self._row_runs = zeros((rows, 2), np.int32)
         self._sums = zeros((len(self._bands), 2, columns + 1), np.int32)
 
-    def grow(self, pool, luminance, weak, likeness, least, need=0):
+    def grow(self, pool, luminance, weak, likeness, least, needs=all_before):
         """
         Grow the regions of a picture.
 
         pool: a ThreadPool, or a Chain; luminance: uint16, the picture with a margin; weak: uint8
         (r, c or more), where regions may lie; likeness: a `Likeness`, of runs; least: pixels of a
-        region; need: of all of its items, see `Chain.each`
+        region; needs: see `Chain.each`
         """
         runs, likeness = (self._begin, self._end, self._parent, self._row_runs), tuple(likeness)
 
@@ -89,7 +89,7 @@ class GreyRegions:
             self.number = segments.number_regions(runs, least, self._size, self._region)
         pool.each(lambda band: segments.find_runs(
             luminance, weak, likeness, runs, self._sums[band[0]], band[1], band[2]),
-            self._bands, [need] * len(self._bands))
+            self._bands, needs)
         pool.each(join, [self._edges])
 
     @property
@@ -117,21 +117,21 @@ class WeakRegions:
         luminance: uint16, the half-size picture with a margin; weak: uint8 (r, c), where texture
         is weak
         """
-        self._regions.grow(pool, luminance, weak, LIKENESS, LEAST, NOTHING)
+        self._regions.grow(pool, luminance, weak, LIKENESS, LEAST, nothing_before)
 
-    def gather(self, pool, chosen, validity, need):
+    def gather(self, pool, chosen, validity, needs):
         """
         Gather matches of the regions, once these are grown.
 
         pool: a ThreadPool, or a Chain; chosen, validity: the `SearchResult`, and which of its
-        labels are consistent; need: see `Chain.each`
+        labels are consistent; needs: see `Chain.each`
         """
         def gather(validity):
             regions, number = self._regions.grown
             segments.gather_points(
                 regions, POINTS, chosen.labels, chosen.offsets, validity, self._tally[:number],
                 self._starts[:number + 1], self._points)
-        pool.each(gather, [validity], [need])
+        pool.each(gather, [validity], needs)
 
     def mutant(self, pool, disparities, target_range, parent, random):
         """

@@ -7,7 +7,8 @@ import threading
 from types import SimpleNamespace
 
 from fuzzy_stereo_ros.matching.bands import (
-    beside, Chain, cut_bands, cut_parts, filter_band, HelperPlaces, NOTHING, ThreadPool, widened)
+    all_before, beside, Chain, cut_bands, cut_parts, filter_band, first_of, HelperPlaces,
+    nothing_before, ThreadPool, widened)
 from hypothesis import given, strategies as st
 import numpy as np
 import pytest
@@ -246,7 +247,7 @@ def test_an_item_begins_once_the_items_it_needs_are_done(threads, shares):
     def work(item):
         assert done.issuperset(range(needs[item - 100]))
         done.add(item - 100)
-    pool.each(work, range(100, 100 + len(needs)), needs)
+    pool.each(work, range(100, 100 + len(needs)), first_of(needs))
     pool.close()
     assert done == set(range(len(needs)))
 
@@ -260,7 +261,7 @@ def test_an_item_that_waits_begins_as_soon_as_what_it_needs_is_done():
         if item == 2:
             third.set()
         done.append(item)
-    pool.each(work, range(4), [0, 0, 0, 3])
+    pool.each(work, range(4), first_of([0, 0, 0, 3]))
     pool.close()
     assert done[2:] == [0, 3]
 
@@ -268,23 +269,25 @@ def test_an_item_that_waits_begins_as_soon_as_what_it_needs_is_done():
 def test_stages_of_a_chain_need_those_before_or_the_bands_that_they_read():
     calls, done, bands = [], [], cut_parts(300)
     chain = Chain(SimpleNamespace(threads=2, shares=None, each=lambda *call: calls.append(call)))
-    for needs in (None, [NOTHING] * 4, None, beside(bands), beside(bands, 1)):
+    for needs in (all_before, nothing_before, all_before, beside(bands), beside(bands, 1)):
         chain.each(done.append, bands, needs)
-    assert len(chain) == 20
+    so_far = chain.stages_so_far()
+    for needs in (all_before, so_far):
+        chain.each(done.append, bands, needs)
     chain.run()
     (work, items, needs), = calls
-    assert [max(need, 0) for need in needs] == [
-        *[0] * 8, *[8] * 4, 9, 10, 11, 12, 14, 15, 16, 16]
+    assert [needs(0, index) for index in range(28)] == [
+        *[0] * 8, *[8] * 4, 9, 10, 11, 12, 14, 15, 16, 16, *[20] * 8]
     for item in items:
         work(item)
-    assert done == 5 * bands
+    assert done == 7 * bands
 
 
 def test_a_chain_begins_what_needs_nothing_before_what_others_do_has_ended():
     pool, second = ThreadPool(2), threading.Event()
     chain = Chain(pool)
     chain.each(lambda _: second.wait(PATIENCE) or pytest.fail('it waits'), [0])
-    chain.each(lambda _: second.set(), [0], [NOTHING])
+    chain.each(lambda _: second.set(), [0], nothing_before)
     chain.run()
     pool.close()
     assert second.is_set()
@@ -300,7 +303,7 @@ def test_nobody_waits_for_ever_for_an_item_of_a_helper_that_fails():
             if threading.get_ident() != caller:
                 raise ZeroDivisionError
     with pytest.raises(ZeroDivisionError):
-        pool.each(work, range(3), [0, 0, 2])
+        pool.each(work, range(3), first_of([0, 0, 2]))
     pool.close()
 
 

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Scanline passes: windows, the sum of four directions, and the label of least cost."""
 from census_scene import random_map, seen, small_pair, twin_costs
-from fuzzy_stereo_ros.matching.bands import ThreadPool
+from fuzzy_stereo_ros.matching.bands import all_before, ThreadPool
 from fuzzy_stereo_ros.matching.kernels.scanlines.tasks import ACROSS, COMPLETE
 from fuzzy_stereo_ros.matching.kernels.scanlines.volume import (
     place_windows, SearchResult, Windows)
@@ -200,7 +200,7 @@ def test_each_item_waits_for_the_rows_it_needs_and_for_those_whose_memory_it_tak
 @pytest.mark.parametrize('most', [1, 7])
 def test_a_kernel_that_may_take_few_tasks_is_called_until_all_are_done(most):
     whole, some = (Scanned((150, 40), 40, 16, windows_seed=3) for _ in range(2))
-    some.pool.shares = lambda needs: ([most] * -(-len(needs) // most), None)
+    some.pool.shares = lambda needs: ([most] * -(-len(needs) // most), all_before)
     some.search()
     for values, expected in zip(some.scanlines.chosen, whole.scanlines.chosen):
         np.testing.assert_array_equal(values, expected)
