@@ -12,8 +12,9 @@ from fuzzy_stereo_ros.matching.kernels.possibility.features import MARGIN
 from fuzzy_stereo_ros.matching.kernels.temporal import warp
 from fuzzy_stereo_ros.matching.kernels.temporal.change_detection import TILE
 from fuzzy_stereo_ros.matching.over_frames.averaging import ANOTHER, Averaging, History
-from fuzzy_stereo_ros.matching.over_frames.moving_camera import MovingCamera, NOISY
-from fuzzy_stereo_ros.matching.over_frames.pictures import luminance_shift, NoiseEstimate, Picture
+from fuzzy_stereo_ros.matching.over_frames.moving_camera import MovingCamera
+from fuzzy_stereo_ros.matching.over_frames.pictures import (
+    is_noisy, luminance_shift, NoiseEstimate, Picture)
 from fuzzy_stereo_ros.matching.over_frames.state import FrameState, NO_COLOURS
 import numpy as np
 
@@ -101,8 +102,7 @@ class Inheritance:
         averaging, moving = self._averaging, self._moving
         self.views[0].halve(self._half, 0, self._half.rows)
         self._noise.measure(self.views[0], self._half, 0, self.views[0].rows)
-        noise = self._noise.level       # before averaging
-        self.noisy = noise > NOISY
+        self.noisy = is_noisy(self._noise.level)
         number = len(self._channels) if self._coloured else 0
         if state is not None and len(state.colours) != number:
             state = None
@@ -112,7 +112,7 @@ class Inheritance:
         self.views[0].halve(self._half, 0, self._half.rows)
         followed = moving.follow(pool, state, camera, self._half.grey[:, :self._half.columns],
                                  averaging.share)
-        warped = moving.average_warped(averaging, self.views, noise, state, self._sides)
+        warped = moving.average_warped(averaging, self.views, self.noisy, state, self._sides)
         before = before if warped is None else warped
         self._colours = np.empty_like(before)
         averaging.blend(pool, self._channels[:number], self._sides, before, self._colours,

@@ -14,7 +14,6 @@ from fuzzy_stereo_ros.matching.over_frames.camera_motion import between
 from fuzzy_stereo_ros.matching.over_frames.state import CameraState, NO_CAMERA
 import numpy as np
 
-NOISY = 0.5          # grey levels of noise above which pictures that moved are averaged
 HOLE = 5             # side of the median that closes holes between cells that moved
 IN_PLACE = 'in place'
 FARTHER = -10.0      # column or row of a pixel outside the image
@@ -63,15 +62,15 @@ class MovingCamera:
                              (self.moved, self.source))
         return self.motion is not None
 
-    def average_warped(self, averaging, views, noise, previous, sides=()):
+    def average_warped(self, averaging, views, noisy, previous, sides=()):
         """
         Average views with the pictures of a FrameState, warped, where nothing better was found.
 
-        That is where noise is high and the `Averaging` found no unchanged tiles. noise: grey
-        levels, before averaging; sides: of the state's colours, of the left or the mirrored right
+        That is where noise is high and the `Averaging` found no unchanged tiles. noisy: whether
+        it is, before averaging; sides: of the state's colours, of the left or the mirrored right
         view, 0 or 1. Returns the warped colours, None where nothing was averaged.
         """
-        if self.motion is None or noise <= NOISY or averaging.share >= ANOTHER:
+        if self.motion is None or not noisy or averaging.share >= ANOTHER:
             return None
         pictures, ages, colours = self._warped(previous, sides)
         averaging.average(self._pool, views, History(

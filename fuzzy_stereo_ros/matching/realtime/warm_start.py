@@ -21,6 +21,7 @@ from fuzzy_stereo_ros.matching.kernels.temporal.motion import move_map
 from fuzzy_stereo_ros.matching.kernels.units import OUTSIDE
 from fuzzy_stereo_ros.matching.over_frames.averaging import Averaging, History
 from fuzzy_stereo_ros.matching.over_frames.moving_camera import MovingCamera
+from fuzzy_stereo_ros.matching.over_frames.pictures import is_noisy
 from fuzzy_stereo_ros.matching.over_frames.state import FrameState, NO_COLOURS
 from fuzzy_stereo_ros.matching.realtime.frames import TileHistory
 from fuzzy_stereo_ros.matching.realtime.moved_prior import MovedPrior
@@ -135,7 +136,7 @@ class WarmStart:
         camera: a `Camera` that may have moved, or None
         """
         self._moving.follow(pool, state, camera, views.half_grey, self._averaging.share)
-        if self._moving.average_warped(self._averaging, views.pictures, views.noise,
+        if self._moving.average_warped(self._averaging, views.pictures, is_noisy(views.noise),
                                        state) is not None:
             self._strengths[:] = 0      # the previous map is not in place
 
