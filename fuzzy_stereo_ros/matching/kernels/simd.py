@@ -45,7 +45,7 @@ def broadcast(builder, scalar, lanes=LANES):
     return shuffled(builder, single, undefined, [0] * lanes)
 
 
-# What other modules of intrinsics generate code with: lanes_in_llvm and these.
+# What modules of intrinsics generate code with: lanes_in_llvm, broadcast and these.
 
 
 def generated(signature, generate):
@@ -65,6 +65,12 @@ def llvm_call(builder, name, result, arguments):
     return builder.call(cgutils.get_or_insert_function(builder.module, kind, name), arguments)
 
 
+def vector_call(builder, name, *vectors):
+    """Return the vector that a function of LLVM makes of vectors of its own type."""
+    kind = vectors[0].type
+    return llvm_call(builder, f'llvm.{name}.v{kind.count}i{kind.element.width}', kind, vectors)
+
+
 def place_of(context, builder, memory_type, memory, index, kind):
     """Return a pointer to the element `index`: of an array, or of the bytes at an address."""
     if isinstance(memory_type, types.Integer):
@@ -79,38 +85,39 @@ def bits_at(memory):
     return 8 if isinstance(memory, types.Integer) else memory.dtype.bitwidth
 
 
+def read(context, builder, memory_type, place, kind):
+    """Return the vector of a type of LLVM at a place: a memory, and the index of its element."""
+    value = builder.load(place_of(context, builder, memory_type, *place, kind))
+    value.align = 1
+    return value
+
+
+def write(context, builder, memory_type, place, vector):
+    """Write a vector to a place, see `read`; return what an intrinsic without a result does."""
+    builder.store(vector, place_of(context, builder, memory_type, *place, vector.type)).align = 1
+    return context.get_dummy_value()
+
+
 @intrinsic
 def load(typing, array, index):
     """Return the LANES elements of a flat array, or bytes at an address, from `index` on."""
     bits = bits_at(array)
-
-    def generate(context, builder, signature, arguments):
-        value = builder.load(
-            place_of(context, builder, array, *arguments, lanes_in_llvm(bits)))
-        value.align = 1
-        return value
-    return VECTOR[bits](array, types.intp), generate
+    return VECTOR[bits](array, types.intp), lambda context, builder, _, place: read(
+        context, builder, array, place, lanes_in_llvm(bits))
 
 
 @intrinsic
 def load_like(typing, vector, array, index):
     """Return as many bytes, of a flat array or at an address, as a vector has lanes."""
-    def generate(context, builder, signature, arguments):
-        value = builder.load(
-            place_of(context, builder, array, *arguments[1:], arguments[0].type))
-        value.align = 1
-        return value
-    return vector(vector, array, types.intp), generate
+    return vector(vector, array, types.intp), lambda context, builder, _, arguments: read(
+        context, builder, array, arguments[1:], arguments[0].type)
 
 
 @intrinsic
 def store(typing, array, index, vector):
     """Write LANES elements of a flat array, or bytes at an address, from `index` on."""
-    def generate(context, builder, signature, arguments):
-        builder.store(arguments[2], place_of(
-            context, builder, array, *arguments[:2], arguments[2].type)).align = 1
-        return context.get_dummy_value()
-    return types.void(array, types.intp, vector), generate
+    return types.void(array, types.intp, vector), lambda context, builder, _, arguments: write(
+        context, builder, array, arguments[:2], arguments[2])
 
 
 @intrinsic
@@ -161,8 +168,7 @@ def _pairwise(generate):
 
 
 def _library(name):
-    return _pairwise(lambda builder, a, b: llvm_call(
-        builder, f'llvm.{name}.v{a.type.count}i{a.type.element.width}', a.type, [a, b]))
+    return _pairwise(lambda builder, a, b: vector_call(builder, name, a, b))
 
 
 def _instruction(name):
@@ -175,7 +181,7 @@ def _in_order(order_of):
 
 
 def _shifted(name):
-    """Return an intrinsic of a vector and by how many places to shift each of its lanes."""
+    """Return an intrinsic of a vector and of the number of bits to shift each of its lanes by."""
     @intrinsic
     def shift(typing, vector, places):
         return generated(vector(vector, types.int64), lambda builder, lanes, number: getattr(
@@ -191,6 +197,8 @@ def _compared(relation):
 
 minimum, maximum = _library('umin'), _library('umax')
 saturating_add, saturating_subtract = _library('uadd.sat'), _library('usub.sat')
+absolute_difference = _pairwise(lambda builder, a, b: builder.or_(
+    vector_call(builder, 'usub.sat', a, b), vector_call(builder, 'usub.sat', b, a)))
 add, subtract, multiply = (_instruction(name) for name in ('add', 'sub', 'mul'))
 bit_and, bit_or, bit_xor = (_instruction(name) for name in ('and_', 'or_', 'xor'))
 # (before, labels) -> every lane gets the label below its own; (labels, after) -> the one above.
@@ -201,16 +209,6 @@ reversed_lanes = _in_order(lambda lanes: range(lanes - 1, -1, -1))    # of the f
 shift_right, shift_left = _shifted('lshr'), _shifted('shl')
 # Comparisons: all bits of a lane set where true, 0 elsewhere.
 equal, at_most, less = _compared('=='), _compared('<='), _compared('<')
-
-
-@intrinsic
-def absolute_difference(typing, a, b):
-    """Return how much the lanes of two vectors differ."""
-    def generate(builder, one, other):
-        return builder.or_(*(
-            llvm_call(builder, f'llvm.usub.sat.v{a.lanes}i{a.bits}', one.type, pair)
-            for pair in ([one, other], [other, one])))
-    return generated(a(a, b), generate)
 
 
 @intrinsic
@@ -237,27 +235,41 @@ def total(typing, vector):
     return generated(types.int64(VECTOR[16]), generate)
 
 
+def _bits_where_equal(builder, a, b):
+    """Return a number of LLVM's with a bit set for each equal lane."""
+    return builder.bitcast(builder.icmp_unsigned('==', a, b), ir.IntType(a.type.count))
+
+
+def _lowest_set_bit(builder, bits, never_zero):
+    """Return the index of the lowest set bit as a number of 64 bits."""
+    kind, index = bits.type, ir.IntType(64)
+    found = llvm_call(builder, f'llvm.cttz.i{kind.width}', kind, [bits, ir.IntType(1)(never_zero)])
+    return (found if kind.width == 64 else builder.zext(found, index) if kind.width < 64
+            else builder.trunc(found, index))
+
+
 @intrinsic
 def equal_bits(typing, a, b):
     """Return a uint32 with a bit set for each equal lane."""
-    return generated(types.uint32(a, b), lambda builder, *both: builder.bitcast(
-        builder.icmp_unsigned('==', *both), ir.IntType(a.lanes)))
+    return generated(types.uint32(a, b), _bits_where_equal)
 
 
 @intrinsic
 def first_equal(typing, a, b):
-    """Return the index of the first lane that is equal in two vectors, of which there is one."""
-    def generate(builder, *both):
-        kind, place = ir.IntType(a.lanes), ir.IntType(64)
-        bits = builder.bitcast(builder.icmp_unsigned('==', *both), kind)
-        index = llvm_call(builder, f'llvm.cttz.i{a.lanes}', kind, [bits, ir.IntType(1)(1)])
-        return builder.trunc(index, place) if a.lanes > 64 else builder.zext(index, place)
-    return generated(types.intp(a, b), generate)
+    """Return the index of the first lane that is equal in two vectors; some lane has to be."""
+    return generated(types.intp(a, b), lambda builder, *both: _lowest_set_bit(
+        builder, _bits_where_equal(builder, *both), True))
+
+
+@intrinsic
+def first_set(typing, bits):
+    """Return the index of the lowest set bit of a uint32 or uint64; their size for 0."""
+    return generated(types.intp(bits), lambda builder, word: _lowest_set_bit(builder, word, False))
 
 
 @intrinsic
 def choose(typing, mask, a, b):
-    """Lanes of a where the mask is set, of b where it is 0."""
+    """Return the lanes of a where the mask is not 0, of b where it is."""
     return generated(a(mask, a, b), lambda builder, flags, one, other: builder.select(
         builder.icmp_unsigned('!=', flags, flags.type([0] * mask.lanes)), one, other))
 
@@ -265,8 +277,7 @@ def choose(typing, mask, a, b):
 @intrinsic
 def count_bits(typing, vector):
     """Return the number of set bits of each lane."""
-    return generated(vector(vector), lambda builder, lanes: llvm_call(
-        builder, f'llvm.ctpop.v{vector.lanes}i{vector.bits}', lanes.type, [lanes]))
+    return generated(vector(vector), lambda builder, lanes: vector_call(builder, 'ctpop', lanes))
 
 
 @intrinsic
@@ -284,16 +295,6 @@ def lowest(typing, vector):
         (types.uint8 if bits == 8 else types.uint16)(vector), lambda builder, lanes: llvm_call(
             builder, f'llvm.vector.reduce.umin.v{vector.lanes}i{bits}', ir.IntType(bits),
             [lanes]))
-
-
-@intrinsic
-def first_set(typing, bits):
-    """Return the index of the lowest set bit of a uint32 or uint64; their size for 0."""
-    def generate(builder, word):
-        kind, false = word.type, ir.IntType(1)(0)
-        index = llvm_call(builder, f'llvm.cttz.i{kind.width}', kind, [word, false])
-        return index if kind.width == 64 else builder.zext(index, ir.IntType(64))
-    return generated(types.intp(bits), generate)
 
 
 @intrinsic

@@ -8,7 +8,7 @@ so that the candidates of a pixel, disparities upwards, are one contiguous load.
 """
 from fuzzy_stereo_ros.matching.kernels.compiled import called, kernel
 from fuzzy_stereo_ros.matching.kernels.simd import (
-    add, bit_and, bit_or, LANES, lanes_in_llvm, less, load, minimum, narrow, place_of,
+    add, bit_and, bit_or, LANES, lanes_in_llvm, less, load, minimum, narrow, read,
     reversed_lanes, saturating_subtract, shift_left, shift_right, shuffled, splat, store, VECTOR)
 from numba import types
 from numba.extending import intrinsic
@@ -27,10 +27,7 @@ def load_colours(typing, array, index):
     signature = types.UniTuple(VECTOR[16], 3)(array, types.intp)
 
     def generate(context, builder, signature, arguments):
-        wide = lanes_in_llvm(8, 3 * LANES)
-        pixels = builder.load(
-            place_of(context, builder, signature.args[0], *arguments, wide))
-        pixels.align = 1
+        pixels = read(context, builder, array, arguments, lanes_in_llvm(8, 3 * LANES))
         channels = [builder.zext(
             shuffled(builder, pixels, pixels, list(range(channel, 3 * LANES, 3))),
             lanes_in_llvm(16))

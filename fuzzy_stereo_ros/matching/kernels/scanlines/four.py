@@ -11,25 +11,34 @@ from fuzzy_stereo_ros.matching.kernels.addresses import splat_word
 from fuzzy_stereo_ros.matching.kernels.compiled import inlined
 from fuzzy_stereo_ros.matching.kernels.scanlines.steps import advance
 from fuzzy_stereo_ros.matching.kernels.simd import (
-    bit_or, first_equal, LANES, llvm_call, load_like, place_of, saturating_add, shuffled, store,
-    subtract, VECTOR)
+    bit_or, first_equal, LANES, load_like, saturating_add, shuffled, store, subtract, VECTOR,
+    vector_call, write)
 from numba import types
 from numba.core import cgutils
 from numba.extending import intrinsic
 
 
-@inlined
-def load_four(kind, memory, at, stride):
-    """Return four vectors like `kind`."""
-    return (load_like(kind, memory, at), load_like(kind, memory, at + stride),
-            load_like(kind, memory, at + 2 * stride), load_like(kind, memory, at + 3 * stride))
+def _a_stride_apart(read):
+    """Return a function that reads four vectors like `kind`."""
+    @inlined
+    def read_four(kind, memory, at, stride):
+        return (read(kind, memory, at), read(kind, memory, at + stride),
+                read(kind, memory, at + 2 * stride), read(kind, memory, at + 3 * stride))
+    return read_four
 
 
-@inlined
-def splat_four(kind, words, at, stride):
-    """Return four vectors like `kind`: splat_word of four words."""
-    return (splat_word(kind, words, at), splat_word(kind, words, at + stride),
-            splat_word(kind, words, at + 2 * stride), splat_word(kind, words, at + 3 * stride))
+def _pair_by_pair(function):
+    """Return a function of four vectors and four others, which calls one for each pair."""
+    @inlined
+    def of_four(four, others):
+        return (function(four[0], others[0]), function(four[1], others[1]),
+                function(four[2], others[2]), function(four[3], others[3]))
+    return of_four
+
+
+load_four, splat_four = _a_stride_apart(load_like), _a_stride_apart(splat_word)
+add_four, _subtract_four = _pair_by_pair(saturating_add), _pair_by_pair(subtract)
+first_of_four = _pair_by_pair(first_equal)      # -> four indices of lanes
 
 
 @inlined
@@ -39,13 +48,6 @@ def store_four(memory, at, stride, four):
     store(memory, at + stride, four[1])
     store(memory, at + 2 * stride, four[2])
     store(memory, at + 3 * stride, four[3])
-
-
-@inlined
-def add_four(one, other):
-    """Return the saturating sums of four vectors and four others."""
-    return (saturating_add(one[0], other[0]), saturating_add(one[1], other[1]),
-            saturating_add(one[2], other[2]), saturating_add(one[3], other[3]))
 
 
 @inlined
@@ -59,17 +61,8 @@ def advance_four(paths, jumps, penalty, costs):
 
 @inlined
 def without_least(four):
-    """Return four vectors with the smallest lane of each taken off its lanes."""
-    least = unpacked(four[0], lowest_of_four(four))
-    return (subtract(four[0], least[0]), subtract(four[1], least[1]),
-            subtract(four[2], least[2]), subtract(four[3], least[3]))
-
-
-@inlined
-def first_of_four(four, numbers):
-    """Return the first lanes of four vectors in which they are equal to four others."""
-    return (first_equal(four[0], numbers[0]), first_equal(four[1], numbers[1]),
-            first_equal(four[2], numbers[2]), first_equal(four[3], numbers[3]))
+    """Return four vectors; the smallest lane of each is subtracted from its lanes."""
+    return _subtract_four(four, unpacked(four[0], lowest_of_four(four)))
 
 
 @inlined
@@ -85,16 +78,12 @@ def mask_four(four, masks, middle, lanes):
 _FOUR = 0, LANES // 2, LANES // 4, 3 * LANES // 4
 
 
-def _least(builder, one, other):
-    return llvm_call(builder, f'llvm.umin.v{LANES}i8', one.type, [one, other])
-
-
 def _one_block(builder, vector):
     """Return the smallest of all blocks of a vector."""
     blocks = [shuffled(builder, vector, vector, list(range(first, first + LANES)))
               for first in range(0, vector.type.count, LANES)]
     while len(blocks) > 1:
-        blocks = [*blocks[2:], _least(builder, *blocks[:2])]
+        blocks = [*blocks[2:], vector_call(builder, 'umin', *blocks[:2])]
     return blocks[0]
 
 
@@ -103,8 +92,8 @@ def _halves_met(builder, one, other, half):
     # in the order that a processor interleaves by
     pick = [start + lane for begin in range(0, LANES, 2 * half) for start in (0, LANES)
             for lane in range(begin, begin + half)]
-    return _least(builder, *(shuffled(builder, one, other, [lane + shift for lane in pick])
-                             for shift in (0, half)))
+    return vector_call(builder, 'umin', *(
+        shuffled(builder, one, other, [lane + shift for lane in pick]) for shift in (0, half)))
 
 
 @intrinsic
@@ -118,7 +107,7 @@ def lowest_of_four(typing, vectors):
         met = _halves_met(builder, _halves_met(builder, one, two, LANES // 2),
                           _halves_met(builder, three, four, LANES // 2), LANES // 4)
         for half in (4, 2, 1):
-            met = _least(builder, met, shuffled(builder, met, met, [
+            met = vector_call(builder, 'umin', met, shuffled(builder, met, met, [
                 lane + half if lane % 8 < half else lane for lane in range(LANES)]))
         return met
     return signature, generate
@@ -143,7 +132,5 @@ def store_packed(typing, array, index, packed):
 
     def generate(context, builder, signature, arguments):
         four = shuffled(builder, arguments[2], arguments[2], _FOUR)
-        builder.store(four, place_of(context, builder, signature.args[0], arguments[0],
-                                     arguments[1], four.type)).align = 1
-        return context.get_dummy_value()
+        return write(context, builder, array, arguments[:2], four)
     return signature, generate

@@ -19,9 +19,9 @@ from fuzzy_stereo_ros.matching.kernels.possibility.costs import cuts_of, raw_cos
 from fuzzy_stereo_ros.matching.kernels.scanlines.winner_takes_all import (
     choose_of_target, fit_offsets)
 from fuzzy_stereo_ros.matching.kernels.simd import (
-    add, at_most, bit_and, bit_or, choose, doubled, equal, LANES, less, load_like, minimum,
-    multiply, reversed_lanes, saturating_add, saturating_subtract, shift_right, splat,
-    splat_like, store, subtract)
+    absolute_difference, add, at_most, bit_and, bit_or, choose, doubled, equal, LANES, less,
+    load_like, minimum, multiply, reversed_lanes, saturating_add, shift_right, splat, splat_like,
+    store, subtract)
 import numpy as np
 
 WIDE = 2 * LANES    # pixels of a vector
@@ -107,12 +107,6 @@ def _copy_reversed(kind, source, at, start, columns, target, place):
 
 
 @inlined
-def _like(kind, one, other, reach):
-    """Return 255 in the lanes where two vectors differ by at most reach."""
-    return at_most(bit_or(saturating_subtract(one, other), saturating_subtract(other, one)), reach)
-
-
-@inlined
 def _inherit(pair, tile, top, below, left, right):
     """
     Write the candidates of a tile, ascending; return how many.
@@ -175,12 +169,11 @@ def _gather(pair, tile, kind, start, top, below):
             row, place = top + near + tap - RADIUS, (near * TAPS + tap) * WIDE
             like = nothing
             if 0 <= row < rows:
-                like = bit_and(inside, _like(
-                    kind, centre, load_like(kind, tile.greys, (near + tap) * PADDED + PAD),
-                    reach))
+                like = bit_and(inside, at_most(absolute_difference(
+                    centre, load_like(kind, tile.greys, (near + tap) * PADDED + PAD)), reach))
             store(tile.down, place, like)
-            store(tile.across, place, _like(
-                kind, centre, load_like(kind, tile.greys, centre_at + tap - RADIUS), reach))
+            store(tile.across, place, at_most(absolute_difference(
+                centre, load_like(kind, tile.greys, centre_at + tap - RADIUS)), reach))
 
 
 @inlined
