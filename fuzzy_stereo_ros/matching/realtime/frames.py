@@ -221,8 +221,8 @@ class FrameEvolution:
         chain = Chain(self._pool)
         chain.each(fit, list(pairwise([*edges, number])))
         chain.each(lambda band: grid.propose_planes(
-            self.carried.planes, self._labels, planes, self._quiet, self._highest, self._selected,
-            self._proposal, self._proposed, *band[1:]), self._bands)
+            self.carried.planes, (self._labels, planes), self._quiet, self._highest,
+            self._selected, (self._proposal, self._proposed), *band[1:]), self._bands)
         self._measure(chain)
         chain.run()
         reject_unfounded(

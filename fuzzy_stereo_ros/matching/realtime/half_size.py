@@ -102,7 +102,7 @@ class HalfSize:
             disparity_ranges.weak_texture(self._steps, limit, self.weak, first, last)
             disparity_ranges.flat(self._labels, FLAT, self._smooth, first, last)
             disparity_ranges.half_prior(
-                self._labels, (chosen.labels, chosen.offsets, chosen.margins), self._validity,
+                self._labels, (chosen.labels, chosen.offsets, chosen.margins, self._validity),
                 self.weak, self._smooth, CLEAR, (prior.labels, prior.weights), first, last)
         bands = self._scanlines.bands
         self._scanlines.search(pool)

@@ -66,7 +66,7 @@ class MovedPrior:
                 (moving.moved, moving.source), (previous.camera.cell_validity, own.survived),
                 half.labels, summed, (UNLIKE, NEAR, LIKELIER, FLAT, LONGEST), self._strengths,
                 band[1], band[2])
-            warp.moved_prior(moving.moved, self._strengths, highest, above, labels, weights,
+            warp.moved_prior((moving.moved, self._strengths), highest, above, labels, weights,
                              self._labels, band[1], band[2])
         pool.each(write_band, self._bands)
         return self._labels

@@ -150,7 +150,7 @@ class Refinement:
                 filling.pad_map(chromosome, columns, self._padded, first, last)
                 filling.pad_map(grey, columns, self._padded_grey, first, last)
                 filling.membership_median(
-                    self._padded, self._padded_grey, ALIKE, bits, columns, median,
+                    (self._padded, self._padded_grey), ALIKE, bits, columns, median,
                     self._members[band[0]], *widened(band, MEDIAN // 2, rows))
                 found = median[:, :columns]
             filter_band(partial(cv2.medianBlur, ksize=MEDIAN), MEDIAN // 2, found, self._labels,
@@ -184,7 +184,7 @@ class Refinement:
             subpixel.smooth_offsets(labels, self._fitted, *self._rows[band[0]], self._fine,
                                     self._agreeing, *band[1:])
             subpixel.write_out(
-                self._fine, self.final_validity, self._around, self._agreeing, rules, disparity,
-                confidence, *band[1:])
+                (self._fine, self._agreeing), self.final_validity, self._around, rules,
+                disparity, confidence, *band[1:])
         pool.each(write_band, self._parts, beside(self._parts))
         return disparity, confidence

@@ -92,8 +92,8 @@ class Scanlines:
         self._taken, self._done = np.zeros(1, np.int64), np.zeros(len(self._tasks), np.uint8)
         self._addresses_of_tasks = tuple(Tasks(
             len(self._tasks), *map(address_of, (self._tasks, self._taken, self._done))))
-        self._numbers = {'strip': strip, 'kept': kept, 'chain': LANES * self.most_blocks,
-                         'words': columns + LANES}
+        self._numbers = {'strip': strip, 'kept': kept, 'path_size': LANES * self.most_blocks,
+                         'row_words': columns + LANES}
         self._shared, self._shared_memory = _placed(
             {'costs': kept * strip, 'sums': kept * strip, 'down': row})
         self._free, self._memory = [], []
@@ -165,13 +165,13 @@ class Scanlines:
     def _reserve(self, threads):
         """Have working memory for so many threads."""
         columns, labels = self.chosen.labels.shape[1], LANES * self.most_blocks
-        words, tile = self._numbers['words'], min(self.tile, columns) * labels
+        words, tile = self._numbers['row_words'], min(self.tile, columns) * labels
         sizes = {
-            'up': tile, 'carried': tile, 'chains': ROWS_AT_ONCE * labels,
-            'labels': max(labels, 16 * LANES) + 128, 'outside': labels,
-            'ring': 3 * columns * labels if self.possibility.model.box else 0,
+            'up': tile, 'carried': tile, 'row_paths': ROWS_AT_ONCE * labels,
+            'labels': max(labels, 16 * LANES) + 128, 'unused_sums': labels,
+            'raw_rows': 3 * columns * labels if self.possibility.model.box else 0,
             'codes': 4 * 4 * ROWS_AT_ONCE * words, 'priors': 4 * 2 * ROWS_AT_ONCE * words,
-            'across': 4 * ROWS_AT_ONCE * words, 'chosen': 2 * columns, 'least_below': columns,
+            'jumps': 4 * ROWS_AT_ONCE * words, 'chosen': 2 * columns, 'least_below': columns,
             'least_above': columns, 'offers': 2 * self.chosen.target.shape[1]}
         while len(self._memory) < threads:
             places, memory = _placed(sizes)

@@ -108,7 +108,7 @@ def test_the_half_map_is_a_prior_where_texture_is_weak_and_it_is_flat_and_not_re
     labels, weights = np.full(shape, 9, dtype), np.full(shape, 9, np.uint8)
     margins = random_map(size, 9, 6)
     for first, last in ((0, 1), (1, size[0])):
-        half_prior(half, (chosen, offsets, margins), validity, weak, smooth, 4, (labels, weights),
+        half_prior(half, (chosen, offsets, margins, validity), weak, smooth, 4, (labels, weights),
                    first, last)
     luminance = 2 * half + np.where(chosen == half, np.rint(offsets / 8), 0)
     np.testing.assert_array_equal(labels, twins.doubled(luminance, shape))

@@ -253,7 +253,7 @@ def maximum_flow(nodes, network, trees, active, orphans):
     return now
 
 
-LEFT, OPEN, TAKEN = 0, 1, 2     # state of a cell; places without a cell are LEFT
+REJECTED, OPEN, TAKEN = 0, 1, 2     # state of a cell; places without a cell are REJECTED
 
 
 @kernel
@@ -284,7 +284,7 @@ def _decided(change, room):
 @kernel
 def decide(offsets, weight, change, places, room, state, stack):
     """
-    Take or leave all cells that need no cut; return how many are open, whose places come first.
+    Take or reject the cells that need no cut; return how many are open, whose places come first.
 
     change: int32 (N,), what a cell costs if no open neighbour is taken; places: int32 (n,); room:
     int32 (N,), what it costs if all of them are; state: uint8 (N,); stack: int32 (n,), memory.
@@ -302,7 +302,7 @@ def decide(offsets, weight, change, places, room, state, stack):
             height -= 1
             place = np.int64(stack[height])
             taken = change[place] < 0
-            state[place] = TAKEN if taken else LEFT
+            state[place] = TAKEN if taken else REJECTED
             for direction in range(offsets.size):
                 pays = weight[place, direction]
                 if pays == 0:
@@ -337,4 +337,4 @@ def unload(places, state, tree, weight, taken):
     for index in range(places.size):
         place = places[index]
         taken[index] = state[place] == TAKEN or (state[place] == OPEN and tree[place] == SOURCE)
-        weight[place, :], state[place] = 0, LEFT
+        weight[place, :], state[place] = 0, REJECTED

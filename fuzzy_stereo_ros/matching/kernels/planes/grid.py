@@ -289,15 +289,16 @@ def list_chosen(regions, numbers, region_pixels, ends, labels, selected, proposa
 
 
 @kernel
-def propose_planes(planes, labels, region_planes, quiet, highest, selected, proposal,
-                   disparities, first, last):
+def propose_planes(planes, regions, quiet, highest, selected, proposed, first, last):
     """
     Write rows of a proposal: selected cells have the planes of their regions, others their own.
 
-    planes, proposal: float32 (r, c, 3); labels: int32 (r, c); region_planes: float32 (n, 3);
-    quiet: uint8 (tile rows, tile columns), 0 where nothing is proposed; highest: px;
-    disparities: float32 (r, c), px, of the proposal where it is selected
+    planes: float32 (r, c, 3); regions: int32 (r, c), the region of each selected cell, and
+    float32 (n, 3), the planes of regions; quiet: uint8 (tile rows, tile columns), 0 where nothing
+    is proposed; highest: px; selected: bool (r, c), set to false there; proposed: written,
+    float32 (r, c, 3), and float32 (r, c), the disparities of selected cells, px
     """
+    (labels, region_planes), (proposal, disparities) = regions, proposed
     for row in range(first, last):
         for column in range(labels.shape[1]):
             selected[row, column] &= quiet[2 * row // TILE, 2 * column // TILE] > 0

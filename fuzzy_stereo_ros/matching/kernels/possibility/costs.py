@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-The cost of every candidate of a row: how little possible a match is, 0 = fully possible.
+The cost of every candidate of a row: 0 for a fully possible match, more for less possible ones.
 
 cost = min(hamming(census), census_cut) + min(|slope difference|, slope_cut) + what the priors add
 
@@ -74,9 +74,9 @@ def cuts_of(search, vector):
 @inlined
 def beyond(vector, label, disparities):
     """Return 255 in the lanes of the labels, `label` the first, that do not exist; 0 elsewhere."""
-    inside = max(min(disparities - label, lanes_of(vector)), 0)
-    # `inside` minus the lane's number, saturated, is 0 where the label does not exist
-    short = saturating_subtract(splat_like(vector, inside), lane_numbers(vector))
+    number = max(min(disparities - label, lanes_of(vector)), 0)     # of labels that exist
+    # their number minus the lane's, saturated, is 0 where the label does not exist
+    short = saturating_subtract(splat_like(vector, number), lane_numbers(vector))
     one = splat_like(vector, 1)
     return subtract(minimum(short, one), one)
 

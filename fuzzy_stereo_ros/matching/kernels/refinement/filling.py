@@ -74,7 +74,7 @@ def pad_map(values, columns, padded, first, last):
 
 @called
 def _median(labels, count, span, bits):
-    """Return the median of the `count` smallest of NEIGHBOURS, at most `span`, bit by bit."""
+    """Return the median of the `count` least of NEIGHBOURS vectors, at most `span`, bit by bit."""
     half = shift_right(count, 1)
     zero = splat_like(count, 0)
     result = zero
@@ -91,16 +91,17 @@ def _median(labels, count, span, bits):
 
 
 @kernel
-def membership_median(padded, padded_grey, reach, bits, columns, out, labels, first, last):
+def membership_median(padded, reach, bits, columns, out, neighbours, first, last):
     """
     Take the median over similar neighbours where the 7 x 7 pixels span more than one label.
 
-    padded, padded_grey: (R + 6, C + 70) of one dtype, uint8 or uint16; reach: the grey
-    difference still alike; bits: of the largest label; out: (R, C + 64); labels: working
-    memory of 49 * 32 elements.
+    padded: labels and grey levels, (R + 6, C + 70) of one dtype, uint8 or uint16, see pad_map;
+    reach: grey levels by which similar pixels differ at most; bits: of the largest label; out:
+    (R, C + 64); neighbours: (NEIGHBOURS * LANES,), memory.
     """
-    stride, out_stride = padded.shape[1], out.shape[1]
-    source, grey, target = padded.reshape(-1), padded_grey.reshape(-1), out.reshape(-1)
+    labels, grey_levels = padded
+    stride, out_stride = labels.shape[1], out.shape[1]
+    source, grey, target = labels.reshape(-1), grey_levels.reshape(-1), out.reshape(-1)
     for row in range(first, last):
         for column in range(0, columns, LANES):
             centre = (row + RADIUS) * stride + column + RADIUS
@@ -121,9 +122,9 @@ def membership_median(padded, padded_grey, reach, bits, columns, out, labels, fi
                     place = centre + down * stride + right
                     unlike = less(alike, absolute_difference(load(grey, place), centre_grey))
                     count = add(count, add(unlike, one))
-                    store(labels, LANES * neighbour,
+                    store(neighbours, LANES * neighbour,
                           bit_or(subtract(load(source, place), low), unlike))
                     neighbour += 1
             store(target, row * out_stride + column,
-                  choose(jump, add(low, _median(labels, count, subtract(high, low), bits)),
-                         here))
+                  choose(jump, add(low, _median(
+                      neighbours, count, subtract(high, low), bits)), here))

@@ -116,18 +116,18 @@ class OutputRules(NamedTuple):
 
 
 @kernel
-def write_out(fine, validity, certain, agreeing, rules, disparity, confidence, first, last):
+def write_out(fitted, validity, certain, rules, disparity, confidence, first, last):
     """
     Write disparities in pixels and their confidence.
 
     A disparity that few neighbours found has less confidence: the surface ends there.
 
-    fine: int16 or int32 (R, C + slack), 1 / STEPS px; certain: int32 (R, C), the sum of the area;
-    agreeing: uint8 (R, C), see smooth_offsets; rules: the fields of OutputRules, float32; the
-    confidence is the least of the lines and 1; disparity, confidence: float32 (R, C). What is not
-    consistent, or has no certain pixel around, has confidence 0.
+    fitted: `fine` and `agreeing` of smooth_offsets; validity: uint8 (R, C); certain: int32 (R, C),
+    certainties summed over the pixels around; rules: the fields of OutputRules, float32; the
+    confidence is the least of the lines and 1; disparity, confidence: float32 (R, C), written.
+    What is not consistent, or has no certain pixel around, has confidence 0.
     """
-    lowest, highest, lines, threshold, fill = rules
+    (fine, agreeing), (lowest, highest, lines, threshold, fill) = fitted, rules
     for row in range(first, last):
         of_area, agree, share = certain[row], agreeing[row], confidence[row]
         for column in range(share.size):

@@ -36,7 +36,12 @@ def _note(scratch, column, best, low, totals, at):
 
 @inlined
 def _choose_four(penalty, search, scratch, low, width, at, size, out):
-    """Do in registers what _choose_columns does, four columns at once; return their number."""
+    """
+    Move the upward paths of a tile's columns on by a row and choose their labels, four at once.
+
+    penalty: P1, a vector of all labels of the window; at: where the costs and sums of column 0
+    are, in rows of `size` bytes; out: that of its results. Returns how many columns are done.
+    """
     costs, sums, totals, lanes = scratch.costs, scratch.sums, scratch.labels, lanes_of(penalty)
     column = place = 0
     while column + 4 <= width:
@@ -44,7 +49,7 @@ def _choose_four(penalty, search, scratch, low, width, at, size, out):
             prefetch(costs, at - size + line)
             prefetch(sums, at - size + line)
         paths = advance_four(load_four(penalty, scratch.up, place, lanes),
-                             splat_four(penalty, scratch.across, column, 1), penalty,
+                             splat_four(penalty, scratch.jumps, column, 1), penalty,
                              load_four(penalty, costs, at, lanes))
         store_four(scratch.up, place, lanes, without_least(paths))
         four = add_four(load_four(penalty, sums, at, lanes), paths)
@@ -69,12 +74,12 @@ def _choose_columns(search, scratch, blocks, low, begin, end, at, out):
     """
     Move the upward paths of one tile's columns begin .. end on by a row and choose their labels.
 
-    at: where the costs and sums of the tile's column 0 are.
+    at: where the costs and sums of the tile's column 0 are; out: where its results are.
     """
     penalty, sums = splat(np.uint8(search.small)), scratch.sums
     for column in range(begin, end):
         place = LANES * blocks * column
-        step(scratch.up + place, blocks, splat_word(penalty, scratch.across, column), penalty,
+        step(scratch.up + place, blocks, splat_word(penalty, scratch.jumps, column), penalty,
              scratch.costs + at + place, sums + at + place, False)
         best, cheapest = best_label(sums, at + place, blocks)
         store_byte(search.sums + out, column, cheapest)
@@ -85,7 +90,7 @@ def _choose_columns(search, scratch, blocks, low, begin, end, at, out):
 
 @inlined
 def _hand_over(search, at, width, low, high, scratch):
-    """Write what was chosen for a row of a tile; at the window's ends there is nothing to fit."""
+    """Write the labels and offsets of a row of a tile; at the window's ends offsets are 0."""
     chosen, below, above = scratch.chosen, scratch.least_below, scratch.least_above
     sums, first, last = search.sums + at, np.uint16(low), np.uint16(high)
     for column in range(width):
@@ -104,7 +109,11 @@ def _hand_over(search, at, width, low, high, scratch):
 
 @inlined
 def _down_four(penalty, scratch, width, at, size, paths):
-    """Do in registers what _add_downwards does, four columns at once; return their number."""
+    """
+    Run the paths from above through a tile's columns of a row, four at once; add them to the sums.
+
+    penalty, at, size: as of _choose_four; paths: address. Returns how many columns are done.
+    """
     costs, sums, lanes = scratch.costs, scratch.sums, lanes_of(penalty)
     column = place = 0
     while column + 4 <= width:
@@ -112,7 +121,7 @@ def _down_four(penalty, scratch, width, at, size, paths):
             prefetch(costs, at + size + line)
             prefetch(sums, at + size + line)
         four = advance_four(load_four(penalty, paths, place, lanes),
-                            splat_four(penalty, scratch.across, column, 1), penalty,
+                            splat_four(penalty, scratch.jumps, column, 1), penalty,
                             load_four(penalty, costs, at, lanes))
         store_four(sums, at, lanes, add_four(load_four(penalty, sums, at, lanes), four))
         store_four(paths, place, lanes, without_least(four))
@@ -130,19 +139,19 @@ def _add_downwards(search, scratch, tile, first, last, paths):
     size, penalty = load_long(search.row_size, first // search.tile), splat(np.uint8(search.small))
     for row in range(first, last):
         jumps, at = row * search.columns, row_start(search, scratch, row) + offset
-        repeat_bytes(search.down, jumps + begin, jumps + end, scratch.across, 0)
+        repeat_bytes(search.down, jumps + begin, jumps + end, scratch.jumps, 0)
         middle = in_registers(_down_four, search.small, blocks, scratch, end - begin, at, size,
                               paths)
         for column in range(middle, end - begin):
             place = LANES * blocks * column
-            step(paths + place, blocks, splat_word(penalty, scratch.across, column), penalty,
+            step(paths + place, blocks, splat_word(penalty, scratch.jumps, column), penalty,
                  scratch.costs + at + place, scratch.sums + at + place, False)
 
 
 @inlined
 def _step_upwards(search, scratch, tile, row):
     """Move the paths from below of a tile on to a row whose costs are there, without sums."""
-    penalty, words, costs = splat(np.uint8(search.small)), scratch.across, scratch.costs
+    penalty, words, costs = splat(np.uint8(search.small)), scratch.jumps, scratch.costs
     begin, end = columns_of(search, tile)
     _, blocks, offset = window_of(search, row // search.tile, tile)
     at, place = row_start(search, scratch, row) + offset, 0
@@ -154,7 +163,7 @@ def _step_upwards(search, scratch, tile, row):
             path = advance(load(scratch.up, place), jump, penalty, load(costs, at))
             store(scratch.up, place, subtract(path, splat(lowest(path))))
         else:
-            step(scratch.up + place, blocks, jump, penalty, costs + at, scratch.outside, True)
+            step(scratch.up + place, blocks, jump, penalty, costs + at, scratch.unused_sums, True)
         place += LANES * blocks
         at += LANES * blocks
 
@@ -169,7 +178,7 @@ def _choose_rows(search, scratch, tile, first, last):
     width, high = end - begin, min(low + LANES * blocks, search.disparities) - 1
     for row in range(last - 1, first - 1, -1):
         jumps = min(row + 1, search.rows - 1) * search.columns
-        repeat_bytes(search.down, jumps + begin, jumps + end, scratch.across, 0)
+        repeat_bytes(search.down, jumps + begin, jumps + end, scratch.jumps, 0)
         at, out = start + (row - first) * size, row * search.columns + begin
         middle = in_registers(_choose_four, search.small, blocks, search, scratch, low, width, at,
                               size, out)
@@ -197,7 +206,7 @@ def _complete(search, scratch, tile, tile_row):
     """Complete the sums of a tile, below the one that is done, and choose its labels."""
     begin, end = columns_of(search, tile)
     first, last = tile_row * search.tile, min((tile_row + 1) * search.tile, search.rows)
-    down = scratch.down + begin * scratch.chain
+    down = scratch.down + begin * scratch.path_size
     if tile_row == 0:
         clear(down, 0, window_of(search, 0, tile)[1] * (end - begin))
     else:

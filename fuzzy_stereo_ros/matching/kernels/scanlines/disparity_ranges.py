@@ -102,19 +102,20 @@ def flat(labels, most, smooth, first, last):
 
 
 @kernel(allocates=True)
-def half_prior(half, found, validity, weak, smooth, clear, prior, first, last):
+def half_prior(half, found, weak, smooth, clear, prior, first, last):
     """
     Spread the half map, doubled, as a prior: weight 1 where it can be relied on, else 0.
 
     A label that the median has not changed is doubled with its sub-pixel offset. Labels found with
     a margin below `clear` are left out: a prior without evidence would look like evidence.
 
-    half, validity, weak, smooth: (r, c); found: (labels, offsets, margins) of the search, (r, c);
-    prior: labels and weights, (R, C), R in (2 r, 2 r + 1); first, last: rows of the half map.
+    half, weak, smooth: (r, c); found: (r, c) each, labels, offsets and margins of the search, and
+    the validity of its labels; prior: labels and weights, (R, C), R in (2 r, 2 r + 1); first,
+    last: rows of the half map.
     """
     labels, weights = prior
     rows, columns = half.shape
-    first_labels, offsets, margins = found
+    first_labels, offsets, margins, validity = found
     doubled, weight = np.zeros(columns, np.int32), np.zeros(columns, np.uint8)
     for row in range(first, last):
         for column in range(columns):

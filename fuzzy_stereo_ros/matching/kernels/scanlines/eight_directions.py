@@ -57,7 +57,7 @@ class ChosenLabels(NamedTuple):
 
 @called
 def _begin(costs, cell, labels, paths, place):
-    """Begin a path: it costs what the match does. Returns the least."""
+    """Write the costs of a path that begins at a pixel, those of its match; return the least."""
     least = splat(np.uint16(FAR))
     for block in range(0, labels, LANES):
         cost = load(costs, cell + block)
@@ -69,7 +69,7 @@ def _begin(costs, cell, labels, paths, place):
 @called
 def _step(costs, cell, labels, path, least, penalty, paths, place):
     """
-    Continue a path by a pixel. Returns the least.
+    Write the costs of a path that goes on by a pixel; return the least.
 
     path: index in `paths` of the path so far to the label that continues as label 0; its
     neighbours in memory are those of the labels below and above; penalty: P1 and P2.

@@ -20,21 +20,21 @@ from fuzzy_stereo_ros.matching.kernels.simd import LANES
 @called
 def _fill_box_costs(search, scratch, row, is_start):
     """Write a row of sums of 3 x 3 pixels / 2**box, without priors, all tiles alike."""
-    ring, blocks = scratch.ring, window_of(search, 0, 0)[1]
+    raw, blocks = scratch.raw_rows, window_of(search, 0, 0)[1]
     size, newest = search.columns * LANES * blocks, min(row + 1, search.rows - 1)
     for near in range(max(row - 1, 0) if is_start else newest, newest + 1):
-        raw_row(search, near, blocks, ring, near % 3 * size, scratch.codes)
-    box_row(search, ring + max(row - 1, 0) % 3 * size, ring + row % 3 * size,
-            ring + newest % 3 * size, blocks, scratch.costs, row_start(search, scratch, row))
+        raw_row(search, near, blocks, raw, near % 3 * size, scratch.codes)
+    box_row(search, raw + max(row - 1, 0) % 3 * size, raw + row % 3 * size,
+            raw + newest % 3 * size, blocks, scratch.costs, row_start(search, scratch, row))
 
 
 @inlined
-def _enter_tile(paths, path, count, window, previous, labels):
+def _enter_tile(paths, size, count, window, previous, labels):
     """Carry the horizontal paths of some rows into the window of a tile."""
     new, old = window[:2], previous[:2]
     if new[0] != old[0] or new[1] != old[1]:
         for near in range(count):
-            carry(paths + near * path, old, paths + near * path, new, labels)
+            carry(paths + near * size, old, paths + near * size, new, labels)
 
 
 @inlined
@@ -42,9 +42,9 @@ def _begin_paths(search, scratch, row, count):
     """Repeat the jump penalties along some rows for vectors; let their paths begin at 0."""
     for near in range(count):
         first = (row + near) * search.columns
-        repeat_bytes(search.across, first, first + search.columns, scratch.across,
-                     near * scratch.words)
-    clear(scratch.chains, 0, count * scratch.chain // LANES)
+        repeat_bytes(search.across, first, first + search.columns, scratch.jumps,
+                     near * scratch.row_words)
+    clear(scratch.row_paths, 0, count * scratch.path_size // LANES)
 
 
 @inlined
@@ -54,19 +54,19 @@ def _rows_of(search, scratch, row, tile, offset):
     at = row_start(search, scratch, row) + offset
     return TileRows(
         begin, end, load_long(search.row_size, row // search.tile), scratch.costs + at,
-        scratch.sums + at, scratch.words, scratch.across, scratch.chain, scratch.chains,
+        scratch.sums + at, scratch.row_words, scratch.jumps, scratch.path_size, scratch.row_paths,
         search.small)
 
 
 @inlined
 def _run_rightwards(search, scratch, row, count):
     """Write the costs of up to four rows, but of boxes, and begin the sums from the left."""
-    chains, chain, tile_row = scratch.chains, scratch.chain, row // search.tile
+    paths, size, tile_row = scratch.row_paths, scratch.path_size, row // search.tile
     _begin_paths(search, scratch, row, count)
     previous = window_of(search, tile_row, 0)
     for tile in range(search.tile_columns):
         window = window_of(search, tile_row, tile)
-        _enter_tile(chains, chain, count, window, previous, scratch.labels)
+        _enter_tile(paths, size, count, window, previous, scratch.labels)
         low, blocks, offset = previous = window
         rows = _rows_of(search, scratch, row, tile, offset)
         done = 0
@@ -84,12 +84,12 @@ def _run_rightwards(search, scratch, row, count):
 @inlined
 def _run_leftwards(search, scratch, row, count):
     """Add the paths from the right to the sums of up to ROWS_AT_ONCE rows."""
-    chains, chain, tile_row = scratch.chains, scratch.chain, row // search.tile
+    paths, size, tile_row = scratch.row_paths, scratch.path_size, row // search.tile
     _begin_paths(search, scratch, row, count)
     previous = window_of(search, tile_row, search.tile_columns - 1)
     for tile in range(search.tile_columns - 1, -1, -1):
         window = window_of(search, tile_row, tile)
-        _enter_tile(chains, chain, count, window, previous, scratch.labels)
+        _enter_tile(paths, size, count, window, previous, scratch.labels)
         _, blocks, offset = previous = window
         rows = _rows_of(search, scratch, row, tile, offset)
         done = 0

@@ -18,9 +18,10 @@ import numpy as np
 @inlined
 def in_registers(work, small, blocks, *arguments):
     """
-    Return work(P1, *arguments), the number of columns done, in a window of 1, 2 or 4 blocks.
+    Return work(P1, *arguments), the number of columns done, for a window of 1, 2 or 4 blocks.
 
-    P1 is a vector of all its labels, so that paths need no memory. Return 0 for other windows.
+    P1 is a vector of all labels of the window, whose paths so stay in registers. Other windows
+    have too many labels for that: return 0.
     """
     penalty = splat(np.uint8(small))
     if blocks == 1:
@@ -51,7 +52,7 @@ def step(path, blocks, jump, penalty, costs, sums, begins):
     Move the paths of a pixel on to the next one and add them to its sums.
 
     path: address of `blocks` of 32 labels, read and written; jump, penalty: vectors of P2 and P1;
-    costs, sums: addresses of those of the next pixel; begins: sums are overwritten.
+    costs, sums: addresses of those of the next pixel; begins: whether sums are overwritten.
     """
     full = splat(np.uint8(255))
     before, here, smallest = full, load(path, 0), full
@@ -73,14 +74,14 @@ def step(path, blocks, jump, penalty, costs, sums, begins):
 
 @kernel
 def copy(paths, target, size):
-    """Copy paths, `size` bytes rounded up to whole vectors."""
+    """Copy paths from address to address, `size` bytes rounded up to whole vectors."""
     for at in range(0, size, LANES):
         store(target, at, load(paths, at))
 
 
 @inlined
 def clear(path, at, blocks):
-    """Start paths anew: cost 0 for each label."""
+    """Write 0, the cost of each label where a path begins, to `blocks` blocks at path + at."""
     for block in range(blocks):
         store(path, at + LANES * block, splat(np.uint8(0)))
 

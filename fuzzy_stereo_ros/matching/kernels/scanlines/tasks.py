@@ -3,7 +3,7 @@
 """
 The tasks of a search, which threads take one after the other until none is left.
 
-They do so without the interpreter, of which each thread would wait for the others.
+They do so inside of a kernel: between kernels threads would wait for the interpreter's lock.
 """
 from typing import NamedTuple
 
@@ -35,7 +35,7 @@ class Tasks(NamedTuple):
 
 @inlined
 def _wait(tasks, need, known):
-    """Wait until the first tasks are done; known: how many are. Return how many are known then."""
+    """Wait until the first `need` tasks are done; known, returned: how many of the first are."""
     while known < need:
         if is_done(tasks.done, known):
             known += 1

@@ -26,13 +26,13 @@ class TileRows(NamedTuple):
 
     begin: int               # columns
     end: int
-    size: int                # bytes from a row of costs or sums to the next
+    row_size: int            # bytes from a row of costs or sums to the next
     costs: int
     sums: int
-    words: int               # from a row of P2 to the next
-    across: int              # addresses of words: P2 of column 0 to the left
-    chain: int               # bytes from a horizontal path to the next
-    chains: int              # address of the horizontal paths
+    row_words: int           # words from a row of P2 to the next
+    jumps: int               # address of words: P2 of column 0 to the left
+    path_size: int           # bytes from the path along a row to that along the next
+    paths: int               # address of the paths along the rows
     small: int               # P1
 
 
@@ -49,7 +49,7 @@ def cost_rows(search, scratch, rows, row, count, low, blocks):
     pointed = search.columns - 1 - rows.begin + low
     exist = low + LANES * blocks <= search.disparities
     for near in range(count):
-        at, slope_at = near * rows.size, (row + near) * stride + pointed
+        at, slope_at = near * rows.row_size, (row + near) * stride + pointed
         candidate = (row + near) * 3 * stride + pointed
         for index in range(width):
             for block in range(blocks):
@@ -69,27 +69,29 @@ def rightwards(rows, blocks, count):
     penalty, at = splat(np.uint8(rows.small)), 0
     for column in range(rows.begin, rows.end):
         for row in range(count):
-            pixel = at + row * rows.size
-            jump = splat_word(penalty, rows.across, row * rows.words + column)
-            step(rows.chains + row * rows.chain, blocks, jump, penalty, rows.costs + pixel,
+            pixel = at + row * rows.row_size
+            jump = splat_word(penalty, rows.jumps, row * rows.row_words + column)
+            step(rows.paths + row * rows.path_size, blocks, jump, penalty, rows.costs + pixel,
                  rows.sums + pixel, True)
         at += LANES * blocks
 
 
 @inlined
-def _fill_and_advance(path, row, index, place, search, scratch, rows, cuts, mask):
+def _fill_and_advance(path, row, index, search, scratch, rows, inputs):
     """
     Write the costs of a pixel, move the path from the left on to it, and begin its sums.
 
-    place: of the candidates and of their gradients for the first pixel of the tile.
+    inputs: where the candidates of the first pixel of the tile are, and their gradients; the
+    limits of the costs, see raw_costs; a mask of the labels that do not exist, see beyond
     """
+    place, cuts, mask = inputs
     width, far = rows.end - rows.begin, search.target_stride
     here = place[0] + 3 * row * far - index, place[1] + row * far - index
     cost = bit_or(mask, cost_of_block(search, scratch, here, cuts, width,
                                       index + 4 * row * width, index + 2 * row * width, 0))
-    at = row * rows.size + lanes_of(mask) * index
+    at = row * rows.row_size + lanes_of(mask) * index
     store(rows.costs, at, cost)
-    jump = splat_word(mask, rows.across, rows.begin + index + row * rows.words)
+    jump = splat_word(mask, rows.jumps, rows.begin + index + row * rows.row_words)
     path = advance(path, jump, splat_like(mask, rows.small), cost)
     store(rows.sums, at, path)
     return path
@@ -98,38 +100,43 @@ def _fill_and_advance(path, row, index, place, search, scratch, rows, cuts, mask
 @inlined
 def costs_and_rightwards_four(penalty, search, scratch, rows, row, low):
     """
-    Fill the costs of four rows of a tile, from image row `row` on, and run from the left.
+    Write the costs of four rows of a tile, from image row `row` on, and run from the left.
 
-    penalty: P1, a vector of all labels of the window. Returns the number of columns.
+    penalty: P1, a vector of all labels of the window, whose paths stay in registers. Returns the
+    number of columns.
     """
     begin, far = rows.begin, search.target_stride
     prepare_costs(search, row, 4, begin, rows.end, low, scratch.codes, scratch.priors)
-    cuts = cuts_of(search, penalty)
-    mask = beyond(penalty, low, search.disparities)
     pointed = search.columns - 1 - begin + low
-    place = row * 3 * far + pointed, row * far + pointed
-    paths = load_four(penalty, rows.chains, 0, rows.chain)
+    inputs = ((row * 3 * far + pointed, row * far + pointed), cuts_of(search, penalty),
+              beyond(penalty, low, search.disparities))
+    paths = load_four(penalty, rows.paths, 0, rows.path_size)
     for index in range(rows.end - begin):
         paths = without_least((
-            _fill_and_advance(paths[0], 0, index, place, search, scratch, rows, cuts, mask),
-            _fill_and_advance(paths[1], 1, index, place, search, scratch, rows, cuts, mask),
-            _fill_and_advance(paths[2], 2, index, place, search, scratch, rows, cuts, mask),
-            _fill_and_advance(paths[3], 3, index, place, search, scratch, rows, cuts, mask)))
-    store_four(rows.chains, 0, rows.chain, paths)
+            _fill_and_advance(paths[0], 0, index, search, scratch, rows, inputs),
+            _fill_and_advance(paths[1], 1, index, search, scratch, rows, inputs),
+            _fill_and_advance(paths[2], 2, index, search, scratch, rows, inputs),
+            _fill_and_advance(paths[3], 3, index, search, scratch, rows, inputs)))
+    store_four(rows.paths, 0, rows.path_size, paths)
     return rows.end - rows.begin
 
 
 @inlined
 def rightwards_four(penalty, rows):
-    """Do in registers what rightwards does, for four rows; return the number of columns."""
-    at, paths = 0, load_four(penalty, rows.chains, 0, rows.chain)
+    """
+    Run the paths from the left through four rows of a tile; they begin the sums.
+
+    penalty: as of costs_and_rightwards_four. Returns the number of columns.
+    """
+    at, paths = 0, load_four(penalty, rows.paths, 0, rows.path_size)
     for column in range(rows.begin, rows.end):
-        paths = advance_four(paths, splat_four(penalty, rows.across, column, rows.words), penalty,
-                             load_four(penalty, rows.costs, at, rows.size))
-        store_four(rows.sums, at, rows.size, paths)
+        paths = advance_four(
+            paths, splat_four(penalty, rows.jumps, column, rows.row_words), penalty,
+            load_four(penalty, rows.costs, at, rows.row_size))
+        store_four(rows.sums, at, rows.row_size, paths)
         paths = without_least(paths)
         at += lanes_of(penalty)
-    store_four(rows.chains, 0, rows.chain, paths)
+    store_four(rows.paths, 0, rows.path_size, paths)
     return rows.end - rows.begin
 
 
@@ -139,33 +146,37 @@ def leftwards(rows, blocks, count):
     penalty = splat(np.uint8(rows.small))
     for column in range(rows.end - 1, rows.begin - 1, -1):
         for row in range(count):
-            pixel = (column - rows.begin) * LANES * blocks + row * rows.size
-            jump = splat_word(penalty, rows.across, row * rows.words + column + 1)
-            step(rows.chains + row * rows.chain, blocks, jump, penalty, rows.costs + pixel,
+            pixel = (column - rows.begin) * LANES * blocks + row * rows.row_size
+            jump = splat_word(penalty, rows.jumps, row * rows.row_words + column + 1)
+            step(rows.paths + row * rows.path_size, blocks, jump, penalty, rows.costs + pixel,
                  rows.sums + pixel, False)
 
 
 @inlined
 def _left_four(penalty, rows, paths, row, column):
     """Move four paths from the right on to a column of the rows from `row` on; return them."""
-    at = row * rows.size + lanes_of(penalty) * (column - rows.begin)
+    at = row * rows.row_size + lanes_of(penalty) * (column - rows.begin)
     paths = advance_four(
-        paths, splat_four(penalty, rows.across, row * rows.words + column + 1, rows.words),
-        penalty, load_four(penalty, rows.costs, at, rows.size))
-    store_four(rows.sums, at, rows.size,
-               add_four(load_four(penalty, rows.sums, at, rows.size), paths))
+        paths, splat_four(penalty, rows.jumps, row * rows.row_words + column + 1, rows.row_words),
+        penalty, load_four(penalty, rows.costs, at, rows.row_size))
+    store_four(rows.sums, at, rows.row_size,
+               add_four(load_four(penalty, rows.sums, at, rows.row_size), paths))
     return without_least(paths)
 
 
 @inlined
 def leftwards_eight(penalty, rows):
-    """Do in registers what leftwards does, for eight rows; return the number of columns."""
-    below = 4 * rows.chain
-    upper = load_four(penalty, rows.chains, 0, rows.chain)
-    lower = load_four(penalty, rows.chains, below, rows.chain)
+    """
+    Run the paths from the right through eight rows of a tile and add them to the sums.
+
+    penalty: as of costs_and_rightwards_four. Returns the number of columns.
+    """
+    below = 4 * rows.path_size
+    upper = load_four(penalty, rows.paths, 0, rows.path_size)
+    lower = load_four(penalty, rows.paths, below, rows.path_size)
     for column in range(rows.end - 1, rows.begin - 1, -1):
         upper = _left_four(penalty, rows, upper, 0, column)
         lower = _left_four(penalty, rows, lower, 4, column)
-    store_four(rows.chains, 0, rows.chain, upper)
-    store_four(rows.chains, below, rows.chain, lower)
+    store_four(rows.paths, 0, rows.path_size, upper)
+    store_four(rows.paths, below, rows.path_size, lower)
     return rows.end - rows.begin

@@ -5,8 +5,8 @@ What a search works on, and where its costs lie meanwhile.
 
 Costs and sums are not kept for the whole image: a search works on a few rows of tiles at a time
 and keeps only those that it still needs, so that they stay in the processor's cache. Its kernels
-get addresses, not arrays, of which each would cost compile time in every kernel; whoever calls
-them keeps the arrays alive.
+get addresses, not arrays, of which each would cost compile time in every kernel; the object that
+calls them keeps the arrays alive.
 """
 from typing import NamedTuple
 
@@ -91,20 +91,20 @@ class Scratch(NamedTuple):
 
     strip: int               # bytes of a row of tiles at most
     kept: int                # rows of tiles that are kept
-    chain: int               # bytes of the labels of a pixel at most
-    words: int               # words of a row of pixels at most
+    path_size: int           # bytes of the path to a pixel at most, a byte a label
+    row_words: int           # words of a row of pixels at most
     costs: int               # of the rows of tiles kept, each from a multiple of `strip`
     sums: int                # the same
-    down: int                # downward paths of a row of pixels, `chain` bytes each
-    up: int                  # upward paths of a row of a tile
+    down: int                # downward paths to a row of pixels, `path_size` bytes each
+    up: int                  # upward paths to a row of a tile
     carried: int             # paths while they are carried to other windows
-    chains: int              # horizontal paths of the rows at once
+    row_paths: int           # paths along up to ROWS_AT_ONCE rows, `path_size` bytes each
     labels: int              # one pixel's labels, or four pixels'
-    outside: int             # sums that nobody reads
-    ring: int                # raw costs of the three rows of a box sum
-    codes: int               # words: census codes and gradients of the rows at once
-    priors: int              # words: where the priors' tables begin
-    across: int              # words: P2 of the rows at once, to the left or to the row above
+    unused_sums: int         # of a pixel, written below the rows whose labels are chosen
+    raw_rows: int            # raw costs of the three rows of a box sum
+    codes: int               # words: census codes and gradients of up to ROWS_AT_ONCE rows
+    priors: int              # words: where the priors' tables begin, of the same rows
+    jumps: int               # words: P2 of the same rows, to the left, or of one to the row above
     chosen: int              # uint16: the labels chosen for a row of a tile
     least_below: int         # sums of the labels below the best ones
     least_above: int         # and above them

@@ -189,21 +189,23 @@ def _or_far(label):
 
 
 @kernel(allocates=True)
-def moved_prior(moved, strengths, highest, above, known, weights, labels, first, last):
+def moved_prior(moved, highest, above, known, weights, labels, first, last):
     """
     Spread the moved map to full size, where there is no prior yet.
 
-    moved, strengths: (r, c); highest: the last label; above: strengths are added to it; known:
-    (R, C), labels that the weights belong to; weights: uint8 (R, C), 0 where there is none,
-    written; labels: (R, C), written; the half rows first .. last.
+    moved: float32 (r, c), labels, and uint8 (r, c), their strengths; highest: the last label;
+    above: is added to strengths, which makes them weights; known: (R, C), labels that the weights
+    belong to; weights: uint8 (R, C), 0 where there is none, written; labels: (R, C), written; the
+    half rows first .. last.
     """
-    rows, columns = moved.shape
+    moved_labels, strengths = moved
+    rows, columns = moved_labels.shape
     near, weight = np.empty(columns, labels.dtype), np.empty(columns, np.uint8)
     for row in range(first, last):
         for column in range(columns):
             strength = strengths[row, column]
             weight[column] = above + strength if strength > 0 else 0
-            near[column] = min(np.int32(moved[row, column] + np.float32(0.5)), highest)
+            near[column] = min(np.int32(moved_labels[row, column] + np.float32(0.5)), highest)
         for full in range(2 * row, labels.shape[0] if row == rows - 1 else 2 * row + 2):
             line, weight_line, known_line = labels[full], weights[full], known[full]
             copy_row(known_line, line)
