@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """StereoMatcher: matches pairs one after the other with the algorithm of a profile."""
 from dataclasses import replace
+from functools import cache
 import time
 
 import cv2
@@ -99,12 +100,12 @@ class StereoMatcher:
         """
         Compile the kernels, or load them from the cache, and take memory for images of a size.
 
-        Every kind of image is matched, cold and warm, on a matcher that is thrown away.
+        Every kind of image is matched, cold and warm, on a matcher that is thrown away; once in a
+        process for each configuration, whose kernels then stay in memory.
         Raises ValueError for a size that cannot be matched.
         """
         check_size(rows, columns)
-        for matcher, left, right in warm_up_pairs(self.config):
-            matcher.match(left, right, camera=warm_up_camera(left))
+        match_warm_up_pairs(self.config)
         algorithm = self._algorithm_of((rows, columns), searched(self.config, columns))
         if self.state is None and self.config.disparities <= columns:
             # The system maps memory at the first write: now, not in the first frame.
@@ -165,6 +166,13 @@ def warm_up_camera(image):
     rows, columns = image.shape[:2]
     return Camera(columns, columns, (columns - 1) / 2, (rows - 1) / 2,
                   moved=(np.eye(3), np.array((0.0, 0.0, -0.1))))
+
+
+@cache
+def match_warm_up_pairs(config):
+    """Call all kernels of a MatcherConfig; a second call for an equal one does nothing."""
+    for matcher, left, right in warm_up_pairs(config):
+        matcher.match(left, right, camera=warm_up_camera(left))
 
 
 def warm_up_pairs(config):

@@ -3,6 +3,7 @@
 """Options of the command line: for the parameters of the table, and for the calibration."""
 import argparse
 from dataclasses import dataclass, fields, replace
+from functools import cache
 import math
 
 from fuzzy_stereo_ros.matching import MatcherConfig, PROFILES
@@ -224,6 +225,12 @@ def _node_rows(names):
     return [row for row in NODE_PARAMETERS if row.name in names]
 
 
+@cache
+def _profiles():
+    """Return {name: MatcherConfig} of all profiles, which are checked once."""
+    return {name: MatcherConfig.from_profile(name) for name in PROFILES}
+
+
 def _default(row):
     """Return the default of a row as text, with those of all profiles if they differ."""
     def text(value):
@@ -231,8 +238,7 @@ def _default(row):
 
     if not row.field:
         return text(row.default)
-    values = {name: text(getattr(MatcherConfig.from_profile(name), row.field))
-              for name in PROFILES}
+    values = {name: text(getattr(config, row.field)) for name, config in _profiles().items()}
     if len(set(values.values())) == 1:
         return values[USUAL_PROFILE]
     return ', '.join(f'{value} ({name})' for name, value in values.items())
