@@ -75,9 +75,9 @@ def breaches(path, source):
     return found
 
 
-@pytest.mark.parametrize('path', FILES)
-def test_a_source_file_makes_no_code_of_data_and_uses_no_shell_and_no_network(path):
-    assert breaches(path, (ROOT / path).read_text(encoding='utf-8')) == []
+def test_no_source_file_makes_code_of_data_or_uses_a_shell_or_the_network():
+    assert {path: found for path in FILES if (found := breaches(
+        path, (ROOT / path).read_text(encoding='utf-8')))} == {}
 
 
 @pytest.mark.parametrize('line', [

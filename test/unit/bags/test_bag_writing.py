@@ -130,7 +130,7 @@ def test_a_bag_whose_writer_was_killed_has_its_whole_parts_and_is_continued(
 @pytest.mark.parametrize('storage', FORMATS)
 def test_where_the_disk_was_full_before_the_first_part_was_whole_there_is_no_bag(
         tmp_path, storage):
-    for room in (0, 1, 5000, 3 * MIB + 1):
+    for room in (0, 3 * MIB + 1):
         ended = run(FULL, tmp_path / 'bag', storage, room, 16 * MIB)
         assert f'{tmp_path}/bag cannot be written any further: ' in ended.stdout, ended.stderr
         assert list((tmp_path / 'bag').iterdir()) == []

@@ -78,11 +78,11 @@ def main_lines(capsys, words):
 @pytest.mark.parametrize('suffix', ['.mp4', '.avi'])
 def test_picture_and_video_are_written_and_printed(folder, suffix, capsys):
     lines = main_lines(capsys, words_for(
-        profile='quality', generations=2, picture='evolution.png', video=f'evolution{suffix}'))
+        profile='quality', generations=1, picture='evolution.png', video=f'evolution{suffix}'))
     assert lines[-2:] == ['evolution.png: written', f'evolution{suffix}: written']
     assert read_image('evolution.png').shape[1] > 900
     film = cv2.VideoCapture(f'evolution{suffix}')
-    assert film.get(cv2.CAP_PROP_FRAME_COUNT) == 3 + STAY
+    assert film.get(cv2.CAP_PROP_FRAME_COUNT) == 2 + STAY
     assert not [name for name in os.listdir() if '.part' in name]
 
 

@@ -266,10 +266,10 @@ def test_frames_of_two_sizes_are_no_sequence_but_scenes_where_they_have_a_truth(
 
 # Results of other programs.
 
-@pytest.mark.parametrize('suffix', ['.pfm', '.npy', '.png'])
-@pytest.mark.parametrize('place', ['scenes/a', 'a', 'scenes/a/disp0other', 'a/whatever'])
+@pytest.mark.parametrize('place, suffix', [
+    ('scenes/a', '.pfm'), ('a', '.npy'), ('scenes/a/disp0other', '.png'), ('a/whatever', '.pfm')])
 def test_results_of_another_program_are_found_by_the_name_of_the_scene(
-        tmp_path, capsys, suffix, place):
+        tmp_path, capsys, place, suffix):
     made = pair()
     write_named(tmp_path / 'data' / 'scenes' / 'a', made)
     write_named(tmp_path / 'data' / 'b', pair(2))

@@ -105,8 +105,8 @@ def test_features_are_matched_as_by_the_brute_force_matcher_of_opencv(seed, numb
 
 @pytest.mark.parametrize('profile, terms', [
     *(('realtime', terms) for terms in (
-        (0.5, 0, 0, 0), (1, 0, 0, 0), (-3, 0, 0, 0), (8, 0, 0, 0), (0, 1.5, 0, 0), (0, 0, -1, 0),
-        (0, 0, 0, 1.3), (2, 1.5, -1, 0.5))), ('quality', (2, 1.5, -1, 0.5))], ids=str)
+        (0.5, 0, 0, 0), (8, 0, 0, 0), (0, 1.5, 0, 0), (0, 0, -1, 0), (0, 0, 0, 1.3))),
+    ('quality', (-3, 1.5, -1, 0.5))], ids=str)
 def test_a_single_pair_whose_rows_differ_is_matched_as_well_as_one_whose_rows_fit(
         scene, profile, terms):
     config = MatcherConfig.from_profile(profile, disparities=DISPARITIES, fill=True)

@@ -134,8 +134,8 @@ def test_chosen_labels_are_those_of_the_twin_up_to_many_disparities(disparities)
     ((9, 21), 8), ((17, 30), 6), ((5, 7), 4), ((1, 20), 4), ((45, 14), 5), ((20, 11), 1),
     ((40, 10), 16), ((50, 13), 32), ((21, 33), 7)])
 def test_tiles_that_search_windows_of_their_own_are_those_of_the_twin(shape, tile, disparities):
-    for seed in range(3):
-        check(Scanned(shape, disparities, tile, windows_seed=seed, priors=seed == 2))
+    check(Scanned(shape, disparities, tile, windows_seed=1))
+    check(Scanned(shape, disparities, tile, windows_seed=2, priors=True))
 
 
 @settings(max_examples=80, deadline=None)
@@ -156,7 +156,7 @@ def step_size(request, monkeypatch):
 
 
 @pytest.mark.parametrize('tile', [1000, 64, 20, 6])
-@pytest.mark.parametrize('rows', [127, 128, 133, 150])
+@pytest.mark.parametrize('rows', [127, 128, 150])
 def test_rows_of_tiles_are_those_of_the_twin_however_many_are_a_step(step_size, rows, tile):
     check(Scanned((rows, 12), 40, tile, windows_seed=2))
 

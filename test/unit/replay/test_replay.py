@@ -291,10 +291,10 @@ def test_bad_pairs_are_counted_and_logged_once_and_the_others_matched(folder, ca
     assert 'to synchronise more of them' not in printed.out
 
 
-@pytest.mark.parametrize('error', [cv2.error('Assertion failed'), MemoryError()])
-@pytest.mark.parametrize('reading', [False, True])
+@pytest.mark.parametrize('reading, error', [
+    (False, MemoryError()), (True, cv2.error('Assertion failed'))])
 def test_any_exception_rejects_only_its_pair(
-        folder, capsys, monkeypatch, error, reading):
+        folder, capsys, monkeypatch, reading, error):
     where, name = (PairReader, 'read') if reading else (StereoMatcher, 'match')
     work, bad = getattr(where, name), read_image(content(write_bag(folder / 'bag'))[12][2])
 
