@@ -178,7 +178,10 @@ def kernel(function=None, allocates=False):
 
 
 class _PartLibrary(JITCodeLibrary):
-    """Code that only callers link: optimised, but never made machine code alone."""
+    """Code that only callers link: they optimise it once, and make machine code of it."""
+
+    def _optimize_final_module(self):
+        pass
 
     def _finalize_final_module(self):
         self._finalized = True

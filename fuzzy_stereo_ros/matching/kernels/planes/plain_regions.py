@@ -185,9 +185,10 @@ def split(luminance, plain, offset, existing, texture, sums, first, last):
             begin, end = written[mine]
             seen[mine, begin:end] = 0
             bands[:, mine, begin:end] = 0
-            written[mine] = of_row
             begin, end = of_row
-            seen[mine, begin:end] = flags[row + begin:row + end]
+            written[mine, 0], written[mine, 1] = begin, end
+            for element in range(begin, end):
+                seen[mine, element] = flags[row + element]
             _subtract_row(fine, medium, flags, row, target, place, of_row, sums[0])
             _subtract_row(medium, coarse, flags, row, target, rows * wide + place, of_row, sums[1])
 
