@@ -21,7 +21,7 @@ RECENT = 200    # newest pairs, of which medians and percentiles are computed
 # Why messages are lost or what to do, by the start of their keys in `counts_of`.
 LOSSES = {
     'pairs dropped': 'newer pairs came first; see scale and disparity_range',
-    'pairs rejected': 'for the reasons, see the errors above',
+    'pairs rejected': 'see the errors above',
     'unmatched ': 'no messages of the same stamp on the other topics; see queue_size and '
                   'approximate_sync',
     'lost ': 'sent, but not received; see input_qos and config/fastdds.xml',
@@ -166,8 +166,8 @@ class LossReports:
             if lost and (last or not waits):
                 self._when[kind] = now
                 self._reported.update({key: counts[key] for key in lost})
-                numbers = ', '.join(f'{key} {number}' for key, number in lost.items())
-                lines.append(f'since the last report: {numbers} ({reason})')
+                numbers = ', '.join(f'{number} {key}' for key, number in lost.items())
+                lines.append(f'{numbers} since the last report ({reason})')
         return lines
 
 

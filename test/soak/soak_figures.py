@@ -11,7 +11,7 @@ import numpy as np
 
 PAIRS = 'pairs synchronised', 'pairs matched', 'pairs dropped', 'pairs rejected', 'pairs waiting'
 PLACE = re.compile(r'-\d+_\d+$')     # in the name of a thread of a pool: which pool and thread
-LOST = re.compile(r'(pairs dropped|pairs rejected|unmatched \S+|lost \S+) (\d+)')
+LOST = re.compile(r'(\d+) (pairs dropped|pairs rejected|unmatched [^\s,]+|lost [^\s,]+)')
 REJECTED = ']: pair rejected: '
 
 
@@ -118,8 +118,8 @@ def losses_told(log):
     """Return a Counter of the losses that the lines of a log tell, by the keys of diagnostics."""
     told = Counter()
     for line in log.splitlines():
-        if 'since the last report: ' in line:
-            told.update({key: int(number) for key, number in LOST.findall(line)})
+        if ' since the last report ' in line:
+            told.update({key: int(number) for number, key in LOST.findall(line)})
     return told
 
 

@@ -21,14 +21,14 @@ COUNTS = {'pairs synchronised': 28, 'pairs matched': 20, 'pairs dropped': 5, 'pa
           **{f'received {topic}': 30 for topic in TOPICS},
           **{f'unmatched {topic}': 2 for topic in TOPICS},
           **{f'lost {topic}': 0 for topic in TOPICS}}
-UNMATCHED = ', '.join(f'unmatched {topic} 2' for topic in TOPICS)
+UNMATCHED = ', '.join(f'2 unmatched {topic}' for topic in TOPICS)
 LOG = f"""\
 [INFO] [1.5] [disparity_node]: ready: the kernels are warm after 2.0 s
-[INFO] [2.5] [disparity_node]: since the last report: pairs dropped 1; newer ones came
+[INFO] [2.5] [disparity_node]: 1 pairs dropped since the last report (newer ones came)
 [ERROR] [3.5] [disparity_node]: pair rejected: the left image is 2x3, the right one 4x3
-[INFO] [3.6] [disparity_node]: since the last report: pairs rejected 3; they cannot
-[INFO] [9.6] [disparity_node]: since the last report: pairs dropped 4; newer ones came
-[INFO] [9.6] [disparity_node]: since the last report: {UNMATCHED}; their stamps"""
+[INFO] [3.6] [disparity_node]: 3 pairs rejected since the last report (see the errors)
+[INFO] [9.6] [disparity_node]: 4 pairs dropped since the last report (newer ones came)
+[INFO] [9.6] [disparity_node]: {UNMATCHED} since the last report (their stamps)"""
 SAMPLES = [Sample(100.0, 9000, 150.0, 20.0)] * 6
 
 
@@ -68,7 +68,7 @@ def test_what_waits_for_others_is_not_lost_but_never_more_than_the_queue():
 def test_a_message_that_the_middleware_lost_counts_and_needs_its_line():
     counts = {**COUNTS, 'lost left/image_rect': 3, 'received left/image_rect': 30}
     assert broken_sums(counts, {**SENT, 'left/image_rect': 33}) == []
-    line = '[INFO] [1.0] [disparity_node]: since the last report: lost left/image_rect 3; they'
+    line = '[INFO] [1.0] [disparity_node]: 3 lost left/image_rect since the last report (they'
     assert broken_promises(counts=counts) == ['every loss']
     assert broken_promises(counts=counts, log=f'{LOG}\n{line}') == []
 

@@ -128,7 +128,7 @@ def reported(lines):
     """Return a Counter of the numbers in lines."""
     found = Counter()
     for line in lines:
-        for key, number in re.findall(rf"({'|'.join(KEYS)}) (\d+)", line):
+        for number, key in re.findall(rf"(\d+) ({'|'.join(KEYS)})", line):
             found[key] += int(number)
     return found
 
@@ -137,7 +137,7 @@ def test_the_first_loss_is_reported_at_once_then_one_line_a_period_with_what_cam
     losses = LossReports(period=60.0)
     assert losses.lines(10.0, {'pairs dropped': 0, 'pairs matched': 9}) == []
     assert losses.lines(11.0, {'pairs dropped': 2}) == [
-        'since the last report: pairs dropped 2 (newer pairs came first; see scale and '
+        '2 pairs dropped since the last report (newer pairs came first; see scale and '
         'disparity_range)']
     assert losses.lines(70.9, {'pairs dropped': 7}) == []
     assert reported(losses.lines(71.0, {'pairs dropped': 8})) == {'pairs dropped': 6}
@@ -149,8 +149,8 @@ def test_one_kind_does_not_hold_back_another_and_topics_share_a_line():
     losses.lines(0.0, {'pairs dropped': 1})
     line, = losses.lines(1.0, {'pairs dropped': 2, 'unmatched left/image_rect': 3,
                                'unmatched right/camera_info': 4})
-    assert line.startswith('since the last report: unmatched left/image_rect 3, '
-                           'unmatched right/camera_info 4 (no messages of the same stamp ')
+    assert line.startswith('3 unmatched left/image_rect, 4 unmatched right/camera_info since the '
+                           'last report (no messages of the same stamp ')
 
 
 @given(strategies.lists(strategies.tuples(
