@@ -4,7 +4,7 @@
 The population of the profile `quality`: a plane map of each view of a pair.
 
 The chromosome is a plane map of the left view and one of the mirrored right view. It takes what is
-fitter from mutants. Where the seeds of its two views disagree, matches count little in the fitness.
+fitter from mutants. Where the seeds of its views disagree, matches count little in the fitness.
 """
 from fuzzy_stereo_ros.matching.crossover import Exchange
 from fuzzy_stereo_ros.matching.kernels.planes.costs import take_planes
