@@ -1,6 +1,7 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Whatever stands in any field of a message: it is read, or rejected as BadPair."""
+from array import array
 import math
 import struct
 from types import SimpleNamespace
@@ -17,10 +18,9 @@ from fuzzy_stereo_ros.pairs.point_clouds import fill_points
 from fuzzy_stereo_ros.pairs.result_messages import fill_camera_info, fill_disparity, fill_image
 from fuzzy_stereo_ros.pairs.stereo_pair import BadPair
 from hypothesis import given, strategies as st
-from made_messages import compressed, image, noise, rejection_of
-from message_stand_ins import (
-    camera_info_stand_in, cloud_stand_in, disparity_stand_in, image_stand_in, made_match,
-    read_values, USUAL_POINTS)
+from made_messages import (
+    compressed, empty_disparity, empty_message, image, made_match, noise, rejection_of,
+    USUAL_POINTS, values_of)
 import numpy as np
 import pytest
 
@@ -75,12 +75,13 @@ def filled(pair):
     match = made_match(disparity)
     config = SimpleNamespace(min_disparity=0, disparities=16, fill=False, algorithm='realtime')
     depth = pair.calibration.depth(match.disparity)
-    fill_image(image_stand_in(), millimetres_of(depth), pair, '16UC1')
-    fill_camera_info(camera_info_stand_in(), pair)
+    fill_image(empty_message(), millimetres_of(depth), pair, '16UC1')
+    fill_camera_info(empty_message(), pair)
     for size in (0.0, 0.05):
-        fill_points(cloud_stand_in(), match, pair, SimpleNamespace,
+        cloud = empty_message(fields=[], point_step=0, data=array('B'))
+        fill_points(cloud, match, pair, SimpleNamespace,
                     {**USUAL_POINTS, 'points_voxel_size': size})
-    return fill_disparity(disparity_stand_in(), match, pair, config)
+    return fill_disparity(empty_disparity(), match, pair, config)
 
 
 def assert_read_and_filled(messages, reader):
@@ -92,7 +93,7 @@ def assert_read_and_filled(messages, reader):
     assert pair.left.dtype == pair.right.dtype
     assert_usable(pair.calibration)
     message = filled(pair)
-    assert np.isfinite(read_values(message.image)).all()
+    assert np.isfinite(values_of(message.image)).all()
     assert all(math.isfinite(np.float32(number)) for number in (
         message.f, message.t, message.min_disparity, message.max_disparity))
 

@@ -8,9 +8,8 @@ import time
 from drawn_messages import BENT_INFOS, COLUMNS, FILES, FORMATS, IMAGES, INFOS, ROWS
 from fuzzed import damages, examples
 from hypothesis import given, Phase, settings, strategies as st
-from made_messages import compressed
+from made_messages import compressed, values_of
 from made_scenes import shifted_pair
-from node_process import values_of
 import numpy as np
 import pytest
 from soak_figures import broken_sums, faults_of, losses_of, losses_told, whole_numbers

@@ -12,8 +12,9 @@ from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
 from fuzzy_stereo_ros.pairs.image_files import write_image
 from fuzzy_stereo_ros.replay.options import SEGMENT_PAIRS, WARM_PAIRS
 from made_bags import (
-    BEGIN, content, DISPARITIES, disparities, pixels_of, scene, stamps, STEP, TOPICS, write_bag,
+    BEGIN, content, DISPARITIES, disparities, scene, stamps, STEP, TOPICS, write_bag,
     write_torn_bag)
+from made_messages import values_of
 import numpy as np
 import pytest
 from replayed import figures, rejection, replay
@@ -76,7 +77,7 @@ def in_segments(pairs, times=None, rejected=(), length=SEGMENT_PAIRS, profile='r
 
 def written(path):
     """Return the float32 (R, C) of each DisparityImage of a bag."""
-    return [pixels_of(message.image) for _, _, message in content(path, '/disparity')]
+    return [values_of(message.image) for _, _, message in content(path, '/disparity')]
 
 
 def assert_same(found, expected):

@@ -14,8 +14,9 @@ import launched
 from launched import (
     check_disparity, FOLDER, included, launch_testing, PAIR, PROFILES_FILE,
     small, surroundings, written)
+from made_messages import values_of
 from made_scenes import shifted_pair
-from node_process import START, values_of
+from node_process import START
 import numpy as np
 from pages import block, CAMERAS, text_of
 import pytest

@@ -6,8 +6,9 @@ import os
 import re
 import signal
 
+from made_messages import values_of
 from made_scenes import shifted_pair
-from node_process import NodeProcess, own_domain, START, values_of
+from node_process import NodeProcess, own_domain, START
 import numpy as np
 from pages import text_of
 import pytest

@@ -4,8 +4,9 @@
 from functools import partial
 
 import cv2
+from made_messages import values_of
 from made_scenes import shifted_pair
-from node_process import START, values_of
+from node_process import START
 import numpy as np
 from raw_camera import COLUMNS, FOCAL, RawCamera, ROWS
 

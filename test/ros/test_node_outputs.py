@@ -5,8 +5,9 @@ from contextlib import ExitStack
 
 import cv2
 from fuzzy_stereo_ros.pairs.messages import read_image
+from made_messages import values_of
 from made_scenes import shifted_pair
-from node_process import NodeProcess, START, values_of
+from node_process import NodeProcess, START
 import numpy as np
 import pytest
 

@@ -7,8 +7,8 @@ import re
 from fuzzy_stereo_ros.matching import MatcherConfig
 from fuzzy_stereo_ros.parameters.page import parameter_file
 from fuzzy_stereo_ros.parameters.table import IGNORED_PARAMETERS, nearest, ROS_PARAMETERS
+from made_messages import values_of
 from made_scenes import shifted_pair
-from node_process import values_of
 import numpy as np
 from pages import block, CAMERAS, MIGRATION
 import pytest

@@ -3,8 +3,8 @@
 """The real node's quality of service: one word for inputs, one for outputs, overrides, latches."""
 from types import SimpleNamespace
 
+from made_messages import values_of
 from made_scenes import shifted_pair
-from node_process import values_of
 import numpy as np
 import pytest
 

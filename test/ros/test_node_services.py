@@ -8,8 +8,9 @@ import threading
 from types import SimpleNamespace
 
 from fuzzy_stereo_ros.commands.command_line import main
+from made_messages import values_of
 from made_scenes import noisy as made_noisy, shifted_pair
-from node_process import NodeProcess, own_domain, ROOT, SOON, values_of
+from node_process import NodeProcess, own_domain, ROOT, SOON
 import numpy as np
 import pytest
 

@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """The real node with a clock of its own: bags that loop, clocks that go back."""
 from fuzzy_stereo_ros.pairs.messages import stamp_of
+from made_messages import values_of
 from made_scenes import shifted_pair
-from node_process import values_of
 import numpy as np
 import pytest
 

@@ -4,8 +4,8 @@
 import re
 
 from fuzzy_stereo_ros.pairs.messages import stamp_of
+from made_messages import values_of
 from made_scenes import shifted_pair
-from node_process import values_of
 import numpy as np
 import pytest
 

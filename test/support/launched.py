@@ -8,8 +8,9 @@ from pathlib import Path
 import shutil
 import tempfile
 
+from made_messages import values_of
 from made_scenes import shifted_pair
-from node_process import own_domain, ros_environment, values_of
+from node_process import own_domain, ros_environment
 import numpy as np
 import pytest
 from repository import ROOT

@@ -6,6 +6,7 @@ from contextlib import contextmanager
 import cv2
 from fuzzy_stereo_ros.pairs.messages import stamp_of
 from fuzzy_stereo_ros.synthetic.scenes import make_sequence
+from made_messages import values_of
 import numpy as np
 import pytest
 
@@ -165,13 +166,8 @@ def content(path, topic=None):
 
 def disparities(path):
     """Return {stamp: float32 (R, C), px} of the DisparityImages of a bag, in its order."""
-    return {stamp_of(message.header): pixels_of(message.image)
+    return {stamp_of(message.header): values_of(message.image)
             for _, _, message in content(path, '/disparity')}
-
-
-def pixels_of(image):
-    """Return the float32 (R, C) of an Image of 32FC1."""
-    return np.frombuffer(image.data, '<f4').reshape(image.height, image.width)
 
 
 def same(one, other):

@@ -1,11 +1,16 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Messages of a small made rig: stand-ins with the fields of ROS's own."""
+"""Messages of a small made rig, and empty ones for results: stand-ins for ROS's own."""
 from types import SimpleNamespace
 
-from fuzzy_stereo_ros.pairs.stereo_pair import BadPair
+from fuzzy_stereo_ros.pairs.point_clouds import POINT_SETTINGS
+from fuzzy_stereo_ros.pairs.stereo_pair import BadPair, Calibration, Projection, StereoPair
+from fuzzy_stereo_ros.parameters.table import NODE_PARAMETERS
 import numpy as np
 import pytest
+
+USUAL_POINTS = {row.name: row.default for row in NODE_PARAMETERS if row.name in POINT_SETTINGS}
+LEFT = Projection(200.0, 201.0, 50.0, 40.0)     # of `make_pair`
 
 
 def header(stamp=(12, 345), frame_id='left_optical'):
@@ -75,3 +80,35 @@ def rejection_of(function, *arguments):
     with pytest.raises(BadPair) as rejection:
         function(*arguments)
     return rejection.value
+
+
+# ---- what results are made of, and put into ----
+
+
+def made_match(disparity):
+    """Return a match of disparities (R, C) that is half sure of what is valid."""
+    disparity = np.asarray(disparity, np.float32)
+    return SimpleNamespace(disparity=disparity,
+                           confidence=np.where(np.isnan(disparity), 0, 0.5).astype(np.float32))
+
+
+def make_pair(shape, offset=0.0, left=None):
+    """Return a StereoPair whose images are both the left one."""
+    left = np.zeros(shape, np.uint8) if left is None else left
+    return StereoPair(left, left, Calibration(200.0, 0.12, offset, LEFT),
+                      12_000_000_345, 'left_optical')
+
+
+def empty_message(**fields):
+    """Return a message with an empty header and the fields that are not just set."""
+    return SimpleNamespace(header=header((0, 0), ''), **fields)
+
+
+def empty_disparity():
+    """Return an empty DisparityImage."""
+    return empty_message(image=empty_message(), valid_window=SimpleNamespace())
+
+
+def values_of(message):
+    """Return the float32 (R, C) of an image of 32FC1."""
+    return np.frombuffer(message.data, '<f4').reshape(message.height, message.width)

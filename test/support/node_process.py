@@ -12,7 +12,6 @@ import sys
 import tempfile
 import threading
 
-import numpy as np
 from repository import ROOT
 
 DOMAINS = range(1, 101)     # those whose ports lie below Linux's ephemeral ones
@@ -120,8 +119,3 @@ class NodeProcess:
             self._reader.join()
             self._process.stdout.close()
         return code
-
-
-def values_of(message):
-    """Return the float32 (R, C) of a sensor_msgs/Image of 32FC1."""
-    return np.frombuffer(message.data, '<f4').reshape(message.height, message.width)

@@ -117,16 +117,12 @@ def check(scanned):
         chosen.target, twins.chosen_by_target(expected[0], expected[2], extra), 'target')
 
 
-@pytest.mark.parametrize('shape', [
-    (1, 1), (1, 9), (9, 1), (2, 2), (4, 4), (3, 5), (5, 7), (13, 37)])
-@pytest.mark.parametrize('disparities', [1, 2, 5, 31, 32, 33])
-def test_chosen_labels_of_every_size_are_those_of_the_twin(shape, disparities):
-    check(Scanned(shape, disparities))
-
-
-@pytest.mark.parametrize('disparities', [255, 256, 257, 512])
-def test_chosen_labels_are_those_of_the_twin_up_to_many_disparities(disparities):
-    check(Scanned((3, 300), disparities, channels=3))
+@pytest.mark.parametrize('shape, disparities, channels', [
+    *((shape, disparities, 0) for shape in ((1, 1), (1, 9), (9, 1), (2, 2), (5, 7), (13, 37))
+      for disparities in (1, 2, 31, 32, 33)),
+    *(((3, 300), disparities, 3) for disparities in (255, 256, 257, 512))])
+def test_chosen_labels_of_every_size_are_those_of_the_twin(shape, disparities, channels):
+    check(Scanned(shape, disparities, channels=channels))
 
 
 @pytest.mark.parametrize('disparities', [33, 128, 300])
@@ -155,20 +151,14 @@ def step_size(request, monkeypatch):
     monkeypatch.setattr(scanlines, 'STEP', request.param)
 
 
-@pytest.mark.parametrize('tile', [1000, 64, 20, 6])
-@pytest.mark.parametrize('rows', [127, 128, 150])
-def test_rows_of_tiles_are_those_of_the_twin_however_many_are_a_step(step_size, rows, tile):
-    check(Scanned((rows, 12), 40, tile, windows_seed=2))
-
-
-@pytest.mark.parametrize('tile', [1000, 64, 8])
-def test_box_sums_are_those_of_the_twin_in_every_step(step_size, tile):
-    check(Scanned((150, 7), 9, tile, model=HALF_SIZE))
-
-
-@pytest.mark.parametrize('model', [FULL_SIZE, HALF_SIZE])
-def test_three_threads_at_both_sizes_are_those_of_the_twin(step_size, model):
-    check(Scanned((641, 5), 5, model=model, threads=3))
+@pytest.mark.parametrize('shape, disparities, tile, options', [
+    *(((rows, 12), 40, tile, {'windows_seed': 2})
+      for rows in (127, 128, 150) for tile in (1000, 64, 20, 6)),
+    *(((150, 7), 9, tile, {'model': HALF_SIZE}) for tile in (1000, 64, 8)),
+    *(((641, 5), 5, 64, {'model': model, 'threads': 3}) for model in (FULL_SIZE, HALF_SIZE))])
+def test_rows_of_tiles_are_those_of_the_twin_however_many_are_a_step(
+        step_size, shape, disparities, tile, options):
+    check(Scanned(shape, disparities, tile, **options))
 
 
 @pytest.mark.parametrize('rows, tile', [(480, 64), (31, 64), (100, 20), (64, 1), (97, 16)])

@@ -48,34 +48,35 @@ def image_of(shape, channels=0, dtype=np.uint8, seed=0):
     return small_pair(*shape, seed=seed, channels=channels, dtype=dtype)[0]
 
 
-# ---- grey ----
+# ---- grey, census and gradient ----
+
+
+def check(image, mirrored, shift=0, places=None):
+    """Check all that is read of an image, padding too, against the twins."""
+    view = view_of(image, mirrored, shift, places)
+    luminance = twins.luminance(
+        image, shift, luminance_shift(image, image) if places is None else places)
+    seen = luminance[:, ::-1] if mirrored else luminance
+    around = np.pad(seen, ((MARGIN, MARGIN), (MARGIN, MARGIN + SLACK)), 'edge')
+    np.testing.assert_array_equal(view.luminance, around)
+    np.testing.assert_array_equal(unmirrored(view.grey, view), twins.eight_bits(luminance))
+    np.testing.assert_array_equal(codes_of(view), twins.census(luminance))
+    np.testing.assert_array_equal(
+        unmirrored(view.slopes, view), twins.gradient(twins.eight_bits(luminance)))
+    return luminance
 
 
 @BOTH_WAYS
-@pytest.mark.parametrize('shift', [0, 3, -2, 100, -100])
+@pytest.mark.parametrize('shape, shift', [
+    *((shape, 0) for shape in (*SHAPES, (2, 32), (2, 31), (3, 70))),
+    *(((5, 7), shift) for shift in (3, -2, 100, -100))])
 @pytest.mark.parametrize('dtype', [np.uint8, np.uint16])
 @pytest.mark.parametrize('channels', [0, 3])
-def test_grey_is_that_of_the_moved_image(channels, dtype, shift, mirrored):
-    image = image_of((5, 7), channels, dtype)
-    view = view_of(image, mirrored, shift)
-    luminance = twins.luminance(image, shift, luminance_shift(image, image))
-    np.testing.assert_array_equal(luminance_of(view), luminance)
-    np.testing.assert_array_equal(unmirrored(view.grey, view), twins.eight_bits(luminance))
-
-
-@BOTH_WAYS
-@pytest.mark.parametrize('shape', [*SHAPES, (2, 32), (2, 31), (3, 70)])
-@pytest.mark.parametrize('channels', [0, 3])
-def test_grey_of_every_size_has_its_border_repeated_around_it(channels, shape, mirrored):
-    image = image_of(shape, channels)
-    image[0, 0], image[-1, -1] = 255, 0
-    view = view_of(image, mirrored)
-    luminance = twins.luminance(image, 0, 6 if channels else 8)
-    np.testing.assert_array_equal(unmirrored(view.grey, view), twins.eight_bits(luminance))
-    if mirrored:
-        luminance = luminance[:, ::-1]
-    around = np.pad(luminance, ((MARGIN, MARGIN), (MARGIN, MARGIN + SLACK)), 'edge')
-    np.testing.assert_array_equal(view.luminance, around)
+def test_an_image_of_any_size_and_kind_moved_by_any_shift_is_read_as_by_the_twins(
+        channels, dtype, shape, shift, mirrored):
+    image = image_of(shape, channels, dtype)
+    image[0, 0], image[-1, -1] = np.iinfo(dtype).max, 0
+    check(image, mirrored, shift)
 
 
 @pytest.mark.parametrize('dtype, channels, brightest, places', [
@@ -97,11 +98,7 @@ def test_a_pair_is_brought_to_16_bits_by_its_brightest_pixel(dtype, channels, br
 def test_what_is_brighter_than_16_bits_of_fine_grey_is_white(dtype, places, channels, mirrored):
     image = image_of((5, 37), channels, dtype)
     image[2, 3] = np.iinfo(dtype).max
-    view = view_of(image, mirrored, places=places)
-    luminance = twins.luminance(image, 0, places)
-    assert (luminance == 65535).any()
-    np.testing.assert_array_equal(luminance_of(view), luminance)
-    np.testing.assert_array_equal(unmirrored(view.grey, view), twins.eight_bits(luminance))
+    assert (check(image, mirrored, places=places) == 65535).any()
 
 
 @pytest.mark.parametrize('bright, places', [(0, 8), (99, 8), (100, 8), (101, 4)])
@@ -162,21 +159,7 @@ def test_the_half_size_image_is_the_mean_of_2_by_2_pixels(shape, mirrored):
         codes_of(half), twins.census(luminance_of(half).astype(np.int64)))
 
 
-# ---- census and gradient ----
-
-
-@BOTH_WAYS
-@pytest.mark.parametrize('shape', SHAPES)
-def test_the_census_and_gradient_of_every_size_are_those_of_the_twin(shape, mirrored):
-    image = image_of(shape)
-    view = view_of(image, mirrored)
-    luminance = twins.luminance(image, 0, 8)
-    np.testing.assert_array_equal(codes_of(view), twins.census(luminance))
-    np.testing.assert_array_equal(
-        unmirrored(view.slopes, view), twins.gradient(twins.eight_bits(luminance)))
-
-
-# ---- jump penalties ----
+# ---- noise ----
 
 
 ROWS, COLUMNS = 96, 160

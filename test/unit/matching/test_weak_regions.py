@@ -4,7 +4,7 @@
 from types import SimpleNamespace
 
 from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
-from fuzzy_stereo_ros.matching.bands import ThreadPool
+from fuzzy_stereo_ros.matching.bands import nothing_before, ThreadPool
 from fuzzy_stereo_ros.matching.evolution import Random
 from fuzzy_stereo_ros.matching.kernels.planes import segments
 from fuzzy_stereo_ros.matching.kernels.possibility.features import MARGIN
@@ -147,7 +147,7 @@ def test_a_wall_that_was_half_wrong_is_proposed_as_one_plane():
     validity = np.zeros((rows, columns), np.uint8)
     validity[::3] = INVALID
     chosen = SimpleNamespace(labels=labels, offsets=np.zeros(labels.shape, np.int8))
-    regions.gather(ThreadPool(1), chosen, validity, 0)
+    regions.gather(ThreadPool(1), chosen, validity, nothing_before)
     mutant = regions.mutant(ThreadPool(1), DISPARITIES, (-DISPARITIES, columns), labels,
                             Random((0,)))
     assert (mutant == 8).all()

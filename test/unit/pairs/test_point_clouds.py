@@ -1,12 +1,13 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Matches into point clouds, on stand-ins and on ROS's own messages."""
+from array import array
 from types import SimpleNamespace
 
 from fuzzy_stereo_ros.pairs.messages import stamp_of
 from fuzzy_stereo_ros.pairs.point_clouds import fill_points, one_of_each_voxel
 from hypothesis import given, strategies as st
-from message_stand_ins import cloud_stand_in, made_match, make_pair, USUAL_POINTS
+from made_messages import empty_message, made_match, make_pair, USUAL_POINTS
 import numpy as np
 import pytest
 
@@ -20,9 +21,10 @@ LAYOUTS = [     # use_color, avoid_point_cloud_padding, point_step, places; as p
 def filled_points(disparity, left, use_color=True, avoid_point_cloud_padding=False, message=None,
                   **settings):
     return fill_points(
-        message or cloud_stand_in(), made_match(disparity), make_pair(left.shape[:2], left=left),
-        SimpleNamespace, {**USUAL_POINTS, 'use_color': use_color,
-                          'avoid_point_cloud_padding': avoid_point_cloud_padding, **settings})
+        message or empty_message(fields=[], point_step=0, data=array('B')),
+        made_match(disparity), make_pair(left.shape[:2], left=left), SimpleNamespace,
+        {**USUAL_POINTS, 'use_color': use_color,
+         'avoid_point_cloud_padding': avoid_point_cloud_padding, **settings})
 
 
 def scene():

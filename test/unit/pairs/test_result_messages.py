@@ -12,16 +12,15 @@ from fuzzy_stereo_ros.pairs.messages import read_image, stamp_of
 from fuzzy_stereo_ros.pairs.result_messages import (
     DISPARITY_STEP, fill_camera_info, fill_compressed, fill_disparity, fill_image)
 from hypothesis import given, strategies as st
-from message_stand_ins import (
-    camera_info_stand_in, disparity_stand_in, image_stand_in, LEFT, made_match, make_pair,
-    read_values)
+from made_messages import (
+    empty_disparity, empty_message, LEFT, made_match, make_pair, region, values_of)
 import numpy as np
 import pytest
 
 
 def filled(disparity, offset=0.0, **config):
     match = made_match(disparity)
-    return fill_disparity(disparity_stand_in(), match, make_pair(match.disparity.shape, offset),
+    return fill_disparity(empty_disparity(), match, make_pair(match.disparity.shape, offset),
                           MatcherConfig(**config))
 
 
@@ -35,7 +34,7 @@ def test_a_disparity_message_is_filled_as_the_contract_says():
     assert (message.image.height, message.image.width, message.image.step) == (80, 100, 400)
     assert isinstance(message.image.data, array)
     assert message.image.data.typecode == 'B'
-    np.testing.assert_array_equal(read_values(message.image)[0, :4], [5.0, -1.0, 0.0, 63.0])
+    np.testing.assert_array_equal(values_of(message.image)[0, :4], [5.0, -1.0, 0.0, 63.0])
     window = message.valid_window
     assert (window.x_offset, window.y_offset, window.width, window.height) == (63, 0, 37, 80)
     assert window.do_rectify is False
@@ -51,7 +50,7 @@ def test_the_step_of_a_message_is_the_one_the_matcher_rounds_to():
 def test_values_limits_and_the_marker_are_all_shifted_by_the_offset():
     message = filled([[5.0, np.nan, 64.0, 60.0]], offset=52.0, disparities=64, min_disparity=2)
     assert (message.min_disparity, message.max_disparity) == (-50.0, 13.0)
-    np.testing.assert_array_equal(read_values(message.image), [[-47.0, -51.0, 12.0, 8.0]])
+    np.testing.assert_array_equal(values_of(message.image), [[-47.0, -51.0, 12.0, 8.0]])
 
 
 @given(st.lists(st.one_of(st.just(float('nan')), st.floats(-20, 90, width=32)),
@@ -59,7 +58,7 @@ def test_values_limits_and_the_marker_are_all_shifted_by_the_offset():
        st.floats(-60, 60), st.integers(-70, 70), st.integers(1, 64))
 def test_a_pixel_reads_as_valid_exactly_where_it_is(values, offset, min_disparity, disparities):
     message = filled([values], offset, min_disparity=min_disparity, disparities=disparities)
-    read = read_values(message.image)[0]
+    read = values_of(message.image)[0]
     assert np.isfinite(read).all()
     np.testing.assert_array_equal(read >= message.min_disparity, ~np.isnan(values))
     assert (read <= message.max_disparity).all()
@@ -83,16 +82,16 @@ def test_the_valid_window_holds_what_both_cameras_can_see(min_disparity, x_offse
 
 def test_confidence_is_sent_as_it_is():
     match = made_match([[5.0, np.nan, 7.0]])
-    message = fill_image(image_stand_in(), match.confidence, make_pair((1, 3)), '32FC1')
+    message = fill_image(empty_message(), match.confidence, make_pair((1, 3)), '32FC1')
     assert (message.encoding, message.step, message.header.frame_id) == (
         '32FC1', 12, 'left_optical')
     assert stamp_of(message.header) == 12_000_000_345
-    np.testing.assert_array_equal(read_values(message), [[0.5, 0.0, 0.5]])
+    np.testing.assert_array_equal(values_of(message), [[0.5, 0.0, 0.5]])
 
 
 def test_depth_in_millimetres_is_sent_in_sixteen_bits():
     depth = np.float32([[1.5, np.nan, np.inf, 2.0014, 70.0]] * 2)
-    message = fill_image(image_stand_in(), millimetres_of(depth), make_pair((2, 5)), '16UC1')
+    message = fill_image(empty_message(), millimetres_of(depth), make_pair((2, 5)), '16UC1')
     assert (message.encoding, message.height, message.width, message.step) == ('16UC1', 2, 5, 10)
     assert (message.is_bigendian, message.data.typecode) == (0, 'B')
     np.testing.assert_array_equal(read_image(message), [[1500, 0, 0, 2001, 0]] * 2)
@@ -103,18 +102,19 @@ def test_depth_in_millimetres_is_sent_in_sixteen_bits():
 def test_depth_of_a_verged_pair_is_that_of_its_disparity_message(values, thousandths):
     offset = thousandths / 1000
     sent = filled([values], offset)
-    disparity = read_values(sent.image)
-    depth = fill_image(image_stand_in(), make_pair(
+    disparity = values_of(sent.image)
+    depth = fill_image(empty_message(), make_pair(
         (1, len(values)), offset).calibration.depth(np.float32([values])),
         make_pair((1, len(values))), '32FC1')
     expected = np.full(disparity.shape, np.inf)
     np.divide(sent.f * sent.t, disparity, out=expected, where=disparity > 0, dtype=np.float64)
     expected[disparity < sent.min_disparity] = np.nan
-    np.testing.assert_allclose(read_values(depth), expected, rtol=3e-7)
+    np.testing.assert_allclose(values_of(depth), expected, rtol=3e-7)
 
 
 def test_a_camera_info_tells_the_projection_of_the_left_image_as_it_is():
-    message = fill_camera_info(camera_info_stand_in(), make_pair((80, 100)))
+    message = fill_camera_info(empty_message(binning_x=0, binning_y=0, roi=region()),
+                               make_pair((80, 100)))
     assert (message.height, message.width) == (80, 100)
     assert stamp_of(message.header) == 12_000_000_345
     assert message.header.frame_id == 'left_optical'
@@ -123,20 +123,20 @@ def test_a_camera_info_tells_the_projection_of_the_left_image_as_it_is():
     np.testing.assert_array_equal(message.r, [1, 0, 0, 0, 1, 0, 0, 0, 1])
     assert (message.distortion_model, list(message.d)) == ('plumb_bob', [0.0] * 5)
     assert (message.binning_x, message.binning_y) == (0, 0)
-    assert vars(message.roi) == {
-        'x_offset': 0, 'y_offset': 0, 'height': 0, 'width': 0, 'do_rectify': False}
+    assert message.roi == region()
 
 
 def test_a_camera_info_that_was_sent_reads_as_the_camera_it_was_made_of():
-    left, right = (fill_camera_info(camera_info_stand_in(), make_pair((80, 100)))
-                   for _ in range(2))
+    left, right = (fill_camera_info(
+        empty_message(binning_x=0, binning_y=0, roi=region()), make_pair((80, 100)))
+        for _ in range(2))
     right.p[3] = -right.p[0] * 0.12
     assert read_calibration(left, right).left == LEFT
 
 
 def test_a_compressed_preview_is_the_picture_within_what_jpeg_loses():
     picture = cv2.resize(np.uint8([[[10, 200, 30], [250, 40, 90]]]), (64, 48))
-    message = fill_compressed(image_stand_in(), picture, make_pair((48, 64)), 'bgr8')
+    message = fill_compressed(empty_message(), picture, make_pair((48, 64)), 'bgr8')
     assert message.format == 'bgr8; jpeg compressed bgr8'
     assert (message.data.typecode, stamp_of(message.header)) == ('B', 12_000_000_345)
     assert np.abs(read_image(message).astype(int) - picture).max() <= 12
@@ -144,7 +144,7 @@ def test_a_compressed_preview_is_the_picture_within_what_jpeg_loses():
 
 def test_compressed_depth_is_a_png_behind_the_header_of_its_transport():
     levels = np.random.default_rng(0).integers(0, 65536, (48, 64), np.uint16)
-    message = fill_compressed(image_stand_in(), levels, make_pair((48, 64)), '16UC1')
+    message = fill_compressed(empty_message(), levels, make_pair((48, 64)), '16UC1')
     assert message.format == '16UC1; compressedDepth png'
     assert struct.unpack('<iff', message.data[:12].tobytes()) == (0, 0.0, 0.0)
     png = np.frombuffer(message.data[12:], np.uint8)
@@ -158,7 +158,7 @@ def test_messages_of_ros_are_filled():
     match = made_match(np.full((80, 100), 5.0))
     sent = fill_disparity(stereo_messages.DisparityImage(), match, pair, MatcherConfig())
     assert (sent.f, sent.t, sent.min_disparity) == pytest.approx((200.0, 0.12, 2.0))
-    assert (read_values(sent.image) == 7.0).all()
+    assert (values_of(sent.image) == 7.0).all()
     assert stamp_of(sent.header) == pair.stamp
     assert fill_image(
         sensor_messages.Image(), match.confidence, pair, '32FC1').encoding == '32FC1'

@@ -15,7 +15,8 @@ from fuzzy_stereo_ros.pairs.result_messages import fill_disparity, ResultMessage
 from fuzzy_stereo_ros.pairs.stereo_pair import Calibration, Projection, StereoPair
 from made_bags import (
     BagOf, BASELINE, BEGIN, COLUMNS, content, DISPARITIES, disparities, FOCAL, FORMATS, LATER,
-    open_bag, pixels_of, ROWS, same, scene, stamps, STEP, TOPICS, write_bag)
+    open_bag, ROWS, same, scene, stamps, STEP, TOPICS, write_bag)
+from made_messages import values_of
 import numpy as np
 import pytest
 from real_pairs import DATA, kitti_frames
@@ -101,7 +102,7 @@ def test_the_other_results_are_written_where_they_are_asked_for(folder):
     (*_, confidence), (*_, depth), (*_, points) = (
         content(folder / 'out', f'/{topic}')[-1]
         for topic in ('confidence', 'depth/image_rect', 'points2'))
-    np.testing.assert_array_equal(pixels_of(confidence), matched[-1].confidence)
+    np.testing.assert_array_equal(values_of(confidence), matched[-1].confidence)
     assert depth.encoding == '16UC1'
     assert [field.name for field in points.fields] == ['x', 'y', 'z']
     z = points.data.view('<f4').reshape(ROWS, COLUMNS, 3)[:, :, 2]
@@ -353,7 +354,7 @@ def test_a_jump_back_resets_the_matcher_and_loses_nothing(folder, capsys):
     write_bag(folder / 'bag', pairs=pairs, change=loop)
     assert replay('bag') == 0
     assert 'timestamps jumped back; matcher reset' in capsys.readouterr().err
-    found = [pixels_of(message.image) for _, _, message in content(folder / 'out', '/disparity')]
+    found = [values_of(message.image) for _, _, message in content(folder / 'out', '/disparity')]
     expected = [match for part in (pairs[:4], pairs[4:]) for match in matches(part, stamps(4))]
     for values, match in zip(found, expected, strict=True):
         valid = np.isfinite(match.disparity)
