@@ -113,8 +113,8 @@ def run(code, *arguments):
                           capture_output=True, text=True, env={**os.environ})
 
 
-@pytest.mark.parametrize('storage', FORMATS)
-@pytest.mark.parametrize(('part', 'left'), [(MIB, 8), (16 * MIB, 0)])
+@pytest.mark.parametrize('storage, part, left', [
+    *((storage, MIB, 8) for storage in FORMATS), (FORMATS[0], 16 * MIB, 0)])
 def test_a_bag_whose_writer_was_killed_has_its_whole_parts_and_is_continued(
         tmp_path, storage, part, left):
     assert run(KILLED, tmp_path / 'bag', storage, 9, part).returncode == -signal.SIGKILL

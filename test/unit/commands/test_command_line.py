@@ -85,23 +85,22 @@ def test_a_profile_is_taken_as_it_is_where_no_option_is_given(profile):
     assert parsed('--profile', profile) == MatcherConfig.from_profile(profile)
 
 
-@pytest.mark.parametrize('name', PARAMETERS)
-def test_the_help_of_an_option_has_sentence_range_unit_and_default(name, capsys, monkeypatch):
+def test_the_help_of_each_option_has_sentence_range_unit_and_default(capsys, monkeypatch):
     monkeypatch.setenv('COLUMNS', '1000')
     with pytest.raises(SystemExit):
         main(['match', '--help'])
     lines = capsys.readouterr().out.splitlines()
-    told = ' '.join(lines[at] + lines[at + 1] for at in range(len(lines) - 1)
-                    if re.match(rf'  {option_name(name)}[ ,]', lines[at]))
-    parameter = PARAMETERS[name]
-    assert parameter.metadata['sentence'] in told
-    if 'low' in parameter.metadata:
-        low, high = (written(parameter.metadata[end]) for end in ('low', 'high'))
-        assert f"; {low} to {high} {parameter.metadata['unit']}".rstrip() in told
-    if name != 'disparities':
-        default = parameter.default
-        shown = ('off', 'on')[default] if isinstance(default, bool) else written(default)
-        assert f'default: {shown}' in told
+    for name, parameter in PARAMETERS.items():
+        told = ' '.join(lines[at] + lines[at + 1] for at in range(len(lines) - 1)
+                        if re.match(rf'  {option_name(name)}[ ,]', lines[at]))
+        assert parameter.metadata['sentence'] in told
+        if 'low' in parameter.metadata:
+            low, high = (written(parameter.metadata[end]) for end in ('low', 'high'))
+            assert f"; {low} to {high} {parameter.metadata['unit']}".rstrip() in told
+        if name != 'disparities':
+            default = parameter.default
+            shown = ('off', 'on')[default] if isinstance(default, bool) else written(default)
+            assert f'default: {shown}' in told
 
 
 @pytest.mark.parametrize('suffix', ['.pfm', '.npy', '.png'])

@@ -1,6 +1,7 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """`evaluate` prints the figures that scoring by hand gives, for every kind of matcher."""
+from contextlib import redirect_stderr, redirect_stdout
 import csv
 import io
 import json
@@ -312,32 +313,34 @@ def test_a_result_is_not_taken_for_two_scenes_whose_names_end_alike(tmp_path, ca
 
 # What is written.
 
-@pytest.fixture
-def written(tmp_path, capsys):
-    """Evaluate two scenes and a sequence into every kind of file; return folder and output."""
-    write_named(tmp_path / 'data' / 'a', pair(1))
-    write_named(tmp_path / 'data' / 'b', pair(2))
-    write_frames(tmp_path / 'data' / 'drive', frames(2), known=[8])
-    files = {name: tmp_path / f'out.{end}' for name, end in (
+@pytest.fixture(scope='module')
+def written(tmp_path_factory):
+    """Evaluate two scenes and a sequence into every kind of file; return these and outputs."""
+    folder = tmp_path_factory.mktemp('written')
+    write_named(folder / 'data' / 'a', pair(1))
+    write_named(folder / 'data' / 'b', pair(2))
+    write_frames(folder / 'data' / 'drive', frames(2), known=[8])
+    files = {name: folder / f'out.{end}' for name, end in (
         ('markdown', 'md'), ('csv', 'csv'), ('json', 'json'), ('html', 'html'))}
-    assert main(['evaluate', str(tmp_path / 'data'), '--matcher', 'ours', 'opencv:bm', *(
-        word for name, path in files.items() for word in (f'--{name}', str(path)))]) == 0
-    return files, capsys.readouterr()
+    with redirect_stdout(io.StringIO()) as printed, redirect_stderr(io.StringIO()) as said:
+        assert main(['evaluate', str(folder / 'data'), '--matcher', 'ours', 'opencv:bm', *(
+            word for name, path in files.items() for word in (f'--{name}', str(path)))]) == 0
+    return files, printed.getvalue(), said.getvalue()
 
 
 def test_the_tables_are_printed_and_written_alike(written):
-    files, printed = written
-    assert files['markdown'].read_text() == printed.out
+    files, printed, said = written
+    assert files['markdown'].read_text() == printed
     for title in ('Middlebury, nonocc (pixels that both cameras see): mean of 3 scenes', 'Time',
                   'Middlebury, scenes: bad-1, dense, percent', 'Sequences'):
-        assert f'### {title}\n' in printed.out
-    assert 'scenes: 2 of 3 b\n' in printed.err
+        assert f'### {title}\n' in printed
+    assert 'scenes: 2 of 3 b\n' in said
 
 
 def test_the_tables_hold_the_figures_of_the_records(written):
-    files, printed = written
+    files, printed, _ = written
     records = json.loads(files['json'].read_text())['records']
-    section = printed.out.split('mean of 3 scenes')[1].split('###')[0]
+    section = printed.split('mean of 3 scenes')[1].split('###')[0]
     rows = [[cell.strip() for cell in line.strip('|').split('|')]
             for line in section.splitlines() if line.startswith('|')]
     for name, way, kind, start in (('ours', AS_IT_COMES, 'sparse', 'cold'),
@@ -351,7 +354,7 @@ def test_the_tables_hold_the_figures_of_the_records(written):
 
 
 def test_csv_and_json_hold_the_same_records(written):
-    files, _ = written
+    files, *_ = written
     records = json.loads(files['json'].read_text())['records']
     rows = list(csv.DictReader(io.StringIO(files['csv'].read_text())))
     assert tuple(rows[0]) == COLUMNS
@@ -362,16 +365,16 @@ def test_csv_and_json_hold_the_same_records(written):
                        for name in COLUMNS}
 
 
-def test_what_exists_is_replaced_only_when_asked(written, capsys):
-    files, _ = written
-    before = files['csv'].read_bytes()
-    words = ['evaluate', str(files['csv'].parent / 'data' / 'a'), '--matcher', 'opencv:bm',
-             '--csv', str(files['csv'])]
+def test_what_exists_is_replaced_only_when_asked(tmp_path, capsys):
+    write_named(tmp_path / 'a', pair())
+    (tmp_path / 'out.csv').write_text('the one before')
+    words = ['evaluate', str(tmp_path), '--matcher', 'opencv:bm', '--csv',
+             str(tmp_path / 'out.csv')]
     assert main(words) == 2
     assert 'out.csv, which exists; give --overwrite to replace it' in capsys.readouterr().err
-    assert files['csv'].read_bytes() == before
+    assert (tmp_path / 'out.csv').read_text() == 'the one before'
     assert main([*words, '--overwrite']) == 0
-    assert files['csv'].read_bytes() != before
+    assert (tmp_path / 'out.csv').read_text().startswith(','.join(COLUMNS))
 
 
 # Bad input.
