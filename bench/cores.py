@@ -14,7 +14,7 @@ import time
 
 from fuzzy_stereo_ros.evaluation.baselines import opencv_threads
 from fuzzy_stereo_ros.evaluation.report import Table
-from fuzzy_stereo_ros.matching.bands import all_before, first_of, ThreadPool
+from fuzzy_stereo_ros.matching.bands import all_before, cut_parts, first_of, ThreadPool
 from fuzzy_stereo_ros.matching.row_alignment import rig_of, Rows
 import numpy as np
 import pandas as pd
@@ -23,21 +23,27 @@ TURNS = 7           # frames of each size
 CORES = 2, 4, 8, 16
 JOINS = 300         # whose cost is measured
 PART = 40_000       # roots of such a join, about 0.05 ms
+COLUMNS = ['joins', 'parts on 2', f'parts on {CORES[-1]}', 'alone [% of a frame]', *(
+    f'{cores} cores, faster by' for cores in CORES)]
 UNMEASURED = 9      # number of a pair whose rows are not measured, see row_alignment.FIRST
 
 
 class TimedPool(ThreadPool):
     """
-    A pool of one thread.
+    A pool of one thread, whose work is cut as for a number of cores.
 
     joins: [[(ms, need)]], of each part of each call of `each`: its processor time, and how many of
     the first parts it needs
     """
 
-    def __init__(self):
+    def __init__(self, cores):
         """Begin without joins."""
         super().__init__(1)
-        self.joins = []
+        self.joins, self._cores = [], cores
+
+    def parts(self, rows, height=1):
+        """Return the parts of an image for the cores."""
+        return cut_parts(rows, self._cores, height)
 
     def each(self, work, items, needs=all_before):
         """Work as ThreadPool does, and time each item."""
@@ -69,15 +75,15 @@ def scheduled(parts, cores):
     return ended[-1]
 
 
-def speed_up(joins, alone, cores, cost):
+def together(joins, alone, cores, cost):
     """
-    Return by what a number of cores makes a frame faster.
+    Return how long a frame takes on a number of cores: ms.
 
     joins: [[(ms, need)]], parts of each join; alone: ms between the joins; cost: ms of a join of
     several parts
     """
-    shared = sum(scheduled(parts, cores) + cost * (len(parts) > 1) for parts in joins)
-    return (alone + _sum(joins)) / (alone + shared)
+    return alone + sum(scheduled(parts, cores) + cost * (cores > 1 and len(parts) > 1)
+                       for parts in joins)
 
 
 def _sum(joins):
@@ -115,8 +121,9 @@ def cores_table(sizes, profiles):
         'Cores, reckoned', pd.DataFrame(found).T,
         'Cold frames, on a rig whose rows fit. The parts of each join, timed in one thread, go in '
         'their order to the core that is free first, and wait there for the parts that they need; '
-        'what is alone stays in one thread. Joins: '
-        f'those of several parts; one costs {cost:.3f} ms, as measured here with two threads. '
+        'what is alone stays in one thread. Faster than on one core, for which parts are larger. '
+        'Joins: those of several parts; one costs '
+        f'{cost:.3f} ms, as measured here with two threads. Parts: of a join, the median. '
         'Memory that cores share, and other programs, are not reckoned. OpenCV cuts 3WAY into '
         'four stripes: it is at most 4 times as fast.')
 
@@ -125,17 +132,19 @@ def reckon(matcher, frames, cost):
     """Return {column: number} of a row, the medians of cold frames; cost: ms of a join."""
     rows, found = Rows(pair=UNMEASURED, rig=rig_of(frames[0][0], None)), []
     matcher.warm_up(*frames[0][0].shape[:2])
-    pool = matcher.algorithm.pool = TimedPool()
     for number in range(TURNS):
-        matcher.restore(None, rows)
-        pool.joins.clear()
-        begun = time.thread_time()
-        matcher.match(*frames[number % len(frames)])
-        parts = _sum(pool.joins)
-        alone = 1000 * (time.thread_time() - begun) - parts
-        several = [len(join) for join in pool.joins if len(join) > 1]
-        found.append({'joins': len(several), 'parts of a join, median': np.median(several or [1]),
-                      'alone [% of a frame]': 100 * alone / (alone + parts),
-                      **{f'{cores} cores, faster by': speed_up(pool.joins, alone, cores, cost)
-                         for cores in CORES}})
-    return pd.DataFrame(found).median().to_dict()
+        times, row = {}, {}
+        for cores in (1, *CORES):
+            pool = matcher.algorithm.pool = TimedPool(cores)
+            matcher.restore(None, rows)
+            begun = time.thread_time()
+            matcher.match(*frames[number % len(frames)])
+            parts = _sum(pool.joins)
+            alone = 1000 * (time.thread_time() - begun) - parts
+            times[cores] = together(pool.joins, alone, cores, cost)
+            row |= {'joins': sum(len(join) > 1 for join in pool.joins),
+                    f'parts on {cores}': np.median([len(join) for join in pool.joins]),
+                    'alone [% of a frame]': 100 * alone / (alone + parts)}
+        found.append(row | {f'{cores} cores, faster by': times[1] / times[cores]
+                            for cores in CORES})
+    return pd.DataFrame(found)[COLUMNS].median().to_dict()

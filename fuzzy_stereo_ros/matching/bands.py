@@ -1,9 +1,15 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Row bands depend on the image size only, never on the number of threads, which share them."""
+"""
+Bands and parts of rows, and the threads that share them.
+
+Bands depend on the image size only. Parts depend on the number of threads too: stages that use
+them have the same result however rows are cut.
+"""
 from collections import deque
 from contextlib import suppress
 import ctypes
+from functools import lru_cache
 import os
 from queue import SimpleQueue
 from statistics import median
@@ -13,6 +19,7 @@ import time
 from weakref import finalize
 
 _FEWEST_ROWS = 64   # below this a band is mostly overlap
+_ROWS_OF_TWO, _LEAST_ROWS, MOST_PARTS = 480, 60, 32     # see cut_parts
 _TRIAL = 12         # frames at each place in a trial
 _REST = 48          # frames from a trial to the next, if times change in between
 _LONGEST_REST = 384     # frames from a trial to the next, if they do not
@@ -116,6 +123,10 @@ class ThreadPool:
         self.places = HelperPlaces()
         self._end = finalize(self, _end, self._queues)
 
+    def parts(self, rows, height=1):
+        """Return the parts of an image for these threads, see `cut_parts`."""
+        return cut_parts(rows, self.threads, height)
+
     def begin_frame(self):
         """Measure the frame that ends; choose where helping threads run in the next one."""
         if self._helpers and self._frame is not None:
@@ -196,12 +207,13 @@ class Chain:
     A stage that calls `each` of a chain, in the place of a pool's, is run later, after those that
     did so before it.
 
-    threads, shares: those of the pool
+    threads, parts, shares: those of the pool
     """
 
     def __init__(self, pool):
         """Begin without stages of a ThreadPool."""
-        self.threads, self.shares, self._pool = pool.threads, pool.shares, pool
+        self.threads, self.parts, self.shares, self._pool = (
+            pool.threads, pool.parts, pool.shares, pool)
         self._calls, self._needs = [], []
 
     def each(self, work, items, needs=all_before):
@@ -311,21 +323,21 @@ def cut_bands(rows, height=1):
                 else 2 if rows >= 2 * _FEWEST_ROWS else 1)
 
 
-def cut_parts(rows, height=1):
+@lru_cache(64)
+def cut_parts(rows, threads, height=1):
     """
-    Return twice as many parts as `cut_bands` returns bands, or more, in the same form.
+    Return the parts of an image for a number of threads, as `cut_bands` returns bands.
 
-    There is one below 64 rows; from 640 rows on each has 60 rows or more, up to 16 of them. For
-    stages whose result is the same however rows are cut: the parts of a thread that wakes
-    late or runs slowly go to the others.
+    For stages whose result is the same however rows are cut. From 480 rows on there are two for
+    each thread, so that others do the part of a thread that wakes late or runs slowly; below, one;
+    and at most MOST_PARTS of 60 rows or more.
     """
-    bands = len(cut_bands(rows))
-    return _cut(rows, height, min(rows // 60, 16) if bands > 2
-                else 2 * bands if rows >= _FEWEST_ROWS else 1)
+    of_a_thread = 2 if rows >= _ROWS_OF_TWO else 1
+    return _cut(rows, height, max(min(of_a_thread * threads, rows // _LEAST_ROWS, MOST_PARTS), 1))
 
 
 def _cut(rows, height, count):
     """Return `count` bands of about the same number of rows."""
     edges = [min(-(-rows * index // (count * height)) * height, rows)
              for index in range(count + 1)]
-    return [(index, edges[index], edges[index + 1]) for index in range(count)]
+    return tuple((index, edges[index], edges[index + 1]) for index in range(count))

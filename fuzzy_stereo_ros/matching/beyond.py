@@ -10,7 +10,6 @@ alone, as the paper does.
 """
 from dataclasses import replace
 
-from fuzzy_stereo_ros.matching.bands import cut_parts
 from fuzzy_stereo_ros.matching.kernels.refinement.consistency import reject_nearer
 import numpy as np
 
@@ -40,7 +39,7 @@ def reject_beyond(pool, config, most, match):
     arrays are overwritten
     """
     highest = np.float32(config.min_disparity + config.disparities - 1)
-    bands = cut_parts(len(match.disparity))
+    bands = pool.parts(len(match.disparity))
     counts = np.zeros((len(bands), MARGIN + 1), np.int64)
     pool.each(lambda band: reject_nearer(
         match.disparity, match.confidence, highest, counts[band[0]], band[1], band[2]), bands)

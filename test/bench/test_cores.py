@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """The table of the suite `speed` that reckons more cores than there are."""
-from bench.cores import scheduled, speed_up
+from bench.cores import scheduled, together
 import pytest
 
 
@@ -22,8 +22,8 @@ def test_a_part_waits_on_its_core_for_the_first_ones_that_it_needs(parts, cores,
     assert scheduled(parts, cores) == ends
 
 
-def test_what_is_alone_and_the_cost_of_joins_limit_the_speed_up():
+def test_what_is_alone_and_the_cost_of_joins_add_to_the_time_of_a_frame():
     joins = [independent(2, 2), independent(4)]
-    assert speed_up(joins, 2, 1, 0) == 1
-    assert speed_up(joins, 2, 2, 0) == 10 / 8
-    assert speed_up(joins, 2, 16, 2) == 1
+    assert together(joins, 2, 1, 5) == 10
+    assert together(joins, 2, 2, 0) == 8
+    assert together(joins, 2, 16, 2) == 10

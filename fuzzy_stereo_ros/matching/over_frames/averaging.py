@@ -13,7 +13,7 @@ one shift, which phase correlation finds; where it moves otherwise, nothing is a
 from typing import NamedTuple
 
 import cv2
-from fuzzy_stereo_ros.matching.bands import Chain, cut_parts
+from fuzzy_stereo_ros.matching.bands import Chain
 from fuzzy_stereo_ros.matching.kernels.possibility.features import MARGIN
 from fuzzy_stereo_ros.matching.kernels.temporal.both_views import (
     ages_of_both, changes_alike, reject_pointed_at)
@@ -116,8 +116,6 @@ class Averaging:
     def __init__(self, rows, columns, offset):
         """Allocate for images of a size; offset: of disparities from labels, px."""
         shape = -(-rows // TILE), -(-columns // TILE)
-        self.bands = [(index, -(-first // TILE), -(-last // TILE))
-                      for index, first, last in cut_parts(rows)]
         self._motion, self._size, self._offset = Motion(rows, columns), (rows, columns), offset
         self._alike = np.zeros(shape, np.float32)
         self.ages_of_both = np.ones(shape, np.float32)
@@ -187,6 +185,11 @@ class Averaging:
         self.pictures = np.empty_like(pictures)
         self.blend(pool, views, (0, 1), pictures, self.pictures)
 
+    def parts(self, pool):
+        """Return parts of rows of tiles for the threads of a pool, see `cut_parts`."""
+        return [(index, -(-first // TILE), -(-last // TILE))
+                for index, first, last in pool.parts(self._size[0])]
+
     @property
     def shifts(self):
         """The shifts of each view, of tiles that stay and that move: down, right; int64."""
@@ -211,7 +214,7 @@ class Averaging:
             choose_tiles(differences, tiles.ages_then[:number], tiles.noises, tuple(RULES),
                          tiles.choices, tiles.ages, tiles.sizes)
         chain, noises = Chain(pool), [0.0, 0.0]
-        chain.each(compare, self.bands)
+        chain.each(compare, self.parts(pool))
         chain.each(choose, range(2))
         chain.run()
         self.noise = max(0.0, *noises)
@@ -224,7 +227,7 @@ class Averaging:
         (left, right), shifts, labels = self.tiles, self.shifts, history.labels
         pool.each(lambda band: changes_alike(
             tuple(view.luminance for view in views), history.pictures, labels, self._offset,
-            (shifts[0], left.differences, left.choices), self._alike, *band[1:]), self.bands)
+            (shifts[0], left.differences, left.choices), self._alike, *band[1:]), self.parts(pool))
         moves = self._alike > RULES.alike
         if moves.any():
             left.choices[moves], left.ages[moves] = -1, 1
@@ -254,4 +257,4 @@ class Averaging:
                 tiles = self.tiles[side]
                 blend((picture.luminance, picture.grey), old, shifts[side],
                       (tiles.choices, tiles.ages, limits[side]), new, band[1], band[2])
-        pool.each(blend_band, self.bands)
+        pool.each(blend_band, self.parts(pool))

@@ -8,7 +8,6 @@ chromosome decreases with the costs of its genes: matches of little possibility,
 (less at edges of grey), and labels that contradict the target image.
 """
 from fuzzy_stereo_ros.matching.arrays import zeros
-from fuzzy_stereo_ros.matching.bands import cut_parts
 from fuzzy_stereo_ros.matching.crossover import Exchange
 from fuzzy_stereo_ros.matching.kernels.genetic import gene_cost
 from fuzzy_stereo_ros.matching.kernels.genetic.exchange import copy_taken, differing_cells
@@ -25,7 +24,6 @@ class CensusFitness:
     def __init__(self, possibility, validity, target):
         """Read from a `CensusPossibility`, the validity of pixels and the target's labels."""
         rows, columns = validity.shape
-        self._bands = cut_parts(rows)
         self._possibility = possibility     # keeps the memory of its addresses alive
         self._scene = gene_cost.Scene(validity, target, (0, columns - 1), HIDDEN, CONTRADICTED)
         self._costs = zeros((rows, columns), np.uint8)
@@ -47,7 +45,8 @@ class CensusFitness:
         pool: a ThreadPool, or a Chain, which writes it; every: row step of the sample; gains of
         crossover are exact
         """
-        totals, fitness = np.zeros((len(self._bands), 2), np.int64), np.zeros(1)
+        bands = pool.parts(len(chromosome))
+        totals, fitness = np.zeros((len(bands), 2), np.int64), np.zeros(1)
 
         def measure_band(band):
             gene_cost.gene_costs(
@@ -58,7 +57,7 @@ class CensusFitness:
         def sum_up(totals):
             total, number = totals.sum(axis=0)
             fitness[0] = 1 - int(total) / (self.largest_cost * int(number))
-        pool.each(measure_band, self._bands)
+        pool.each(measure_band, bands)
         pool.each(sum_up, [totals])
         return fitness
 
@@ -68,16 +67,16 @@ class CensusFitness:
 
         Returns the fitness that it gained.
         """
-        exchange = self._exchange
+        exchange, parts = self._exchange, 2 * pool.threads
         exchange.set_size(differing_cells(first, second, exchange.all_cells))
-        share = -(-exchange.cells.size // len(self._bands))
+        share = -(-exchange.cells.size // parts)
 
-        def change(band):
-            part = slice(share * band[0], share * (band[0] + 1))
+        def change(index):
+            part = slice(share * index, share * (index + 1))
             gene_cost.exchange_changes(
                 *self._kernel_arguments(), *self._possibility.penalties, first, second,
                 exchange.changes(part))
-        pool.each(change, self._bands)
+        pool.each(change, range(parts))
         cost = crossover(exchange, random)
         if cost >= 0:
             exchange.taken[:] = False
@@ -92,7 +91,8 @@ class CensusFitness:
         """
         costs = np.empty_like(self._costs)
         pool.each(lambda band: gene_cost.gene_costs(
-            *self._kernel_arguments(), chromosome, costs, 1, band[1], band[2]), self._bands)
+            *self._kernel_arguments(), chromosome, costs, 1, band[1], band[2]),
+            pool.parts(len(costs)))
         return 1 - costs / np.float32(self.largest_cost)
 
     def _kernel_arguments(self):

@@ -16,7 +16,7 @@ from itertools import pairwise
 from typing import NamedTuple
 
 from fuzzy_stereo_ros.matching.arrays import zeros
-from fuzzy_stereo_ros.matching.bands import beside, Chain, cut_parts, widened
+from fuzzy_stereo_ros.matching.bands import beside, Chain, MOST_PARTS, widened
 from fuzzy_stereo_ros.matching.crossover import Cut, Exchange
 from fuzzy_stereo_ros.matching.evolution import Durations, evolve, Stopwatch
 from fuzzy_stereo_ros.matching.kernels.planes import costs, grid, grid_labels
@@ -80,7 +80,7 @@ class FrameEvolution:
         """Allocate; possibility: the `CensusPossibility` of full images."""
         shape = self._shape = rows // 2, columns // 2
         cells, most = shape[0] * shape[1], shape[0] * shape[1] // SMALLEST + 1
-        self._possibility, self._bands = possibility, cut_parts(shape[0])
+        self._possibility = possibility
         self._highest = np.float32(possibility.disparities - 1)
         self._exchange = Exchange(*shape, 4)
         self._cut = Cut(*shape, 4)
@@ -102,9 +102,9 @@ class FrameEvolution:
         self._known, self._starts = zeros((3, most), np.int64), zeros(most + 1, np.int32)
         self._chosen, self._ends = (zeros(most, np.int32) for _ in range(2))
         self._nearest = [zeros(possibility.right.columns // 2 + 1, np.float32)
-                         for _ in self._bands]
+                         for _ in range(MOST_PARTS)]
         self._lines = [(zeros((2, 4, shape[1] + 1), np.float32), zeros(shape[1], np.uint8))
-                       for _ in self._bands]
+                       for _ in range(MOST_PARTS)]
         self._roots = np.rint(ROOT_PARTS * np.sqrt(np.arange(256))).astype(np.int32)
         steps = np.arange(16 * ROOT_PARTS + 1) * (16 / ROOT_PARTS)
         self._by_step = np.float32(
@@ -132,7 +132,7 @@ class FrameEvolution:
 
         previous: its `Genes`, or None; history: the `TileHistory` of the picture
         """
-        self._pool, self.fitness[:] = pool, 0
+        self._pool, self._bands, self.fitness[:] = pool, pool.parts(self._shape[0]), 0
         down, right = (0, 0) if previous is None else map(int, previous.origin + history.shift)
         quiet = history.ages >= min((history.noise / QUIET)**2, OLDEST)
         self._quiet = (quiet & (history.strengths > 0)).astype(np.uint8)

@@ -67,7 +67,7 @@ class HalfSize:
         labels_type = self._scanlines.chosen.labels.dtype
         self._validity, self.weak, self._smooth = (zeros(shape, np.uint8) for _ in range(3))
         self._labels, self._filled = (zeros(shape, labels_type) for _ in range(2))
-        self._speckles = Speckles(shape[1], self._scanlines.bands)
+        self._speckles = Speckles(*shape)
         self._steps = zeros(shape, np.uint16)
         self._prior = prior_of(zeros((rows, columns), gene_type(disparities)),
                                zeros((rows, columns), np.uint8), disparities,
@@ -104,10 +104,10 @@ class HalfSize:
             disparity_ranges.half_prior(
                 self._labels, (chosen.labels, chosen.offsets, chosen.margins, self._validity),
                 self.weak, self._smooth, CLEAR, (prior.labels, prior.weights), first, last)
-        bands = self._scanlines.bands
+        bands = pool.parts(rows)
         self._scanlines.search(pool)
         pool.each(finish, bands)
-        pool.each(lambda step: self._speckles.join(chosen.labels, step), [1])
+        pool.each(lambda step: self._speckles.join(chosen.labels, step, bands), [1])
         pool.each(fill, bands)
         pool.each(write_limits, bands, beside(bands, 1))
         return HalfSizeResult(self._labels, self._validity, chosen, prior)

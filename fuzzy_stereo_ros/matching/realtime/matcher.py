@@ -92,8 +92,7 @@ class RealtimeMatcher:
         self._warm_start = WarmStart(rows, columns, config.disparities, config.min_disparity)
         labels_type = self._search.chosen.labels.dtype
         self._refinement = Refinement(
-            columns, config.disparities, labels_type, self._search.bands,
-            self._search.by_membership)
+            rows, columns, config.disparities, labels_type, self._search.by_membership)
         self._fitness = CensusFitness(
             self._views.full, self._refinement.validity, self._search.chosen.target)
         self.population = Population(self._fitness, self._search.chosen.labels)
@@ -140,7 +139,7 @@ class RealtimeMatcher:
         self._search.limit(half.labels)
         previous_prior = self._stages.previous_best(warm, pool, previous, half)
         watch.lap('coarse')
-        chain, bands, validity = Chain(pool), self._search.bands, self._refinement.validity
+        chain, bands, validity = Chain(pool), pool.parts(len(left)), self._refinement.validity
         chosen = self._search.search(chain, half.prior, previous_prior)
 
         def check(band):

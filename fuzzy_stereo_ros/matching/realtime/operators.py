@@ -11,7 +11,7 @@ with the mutant takes the regions that are fitter.
 from itertools import pairwise
 
 from fuzzy_stereo_ros.matching.arrays import zeros
-from fuzzy_stereo_ros.matching.bands import all_before, Chain, cut_parts, nothing_before
+from fuzzy_stereo_ros.matching.bands import all_before, Chain, MOST_PARTS, nothing_before
 from fuzzy_stereo_ros.matching.kernels.planes import segments
 from fuzzy_stereo_ros.matching.kernels.refinement import filling
 import numpy as np
@@ -67,12 +67,10 @@ class GreyRegions:
 
     def __init__(self, rows, columns):
         """Allocate for half-size pictures of a size."""
-        self._bands = cut_parts(rows)
-        self._edges = np.array([first for _, first, _ in self._bands])
         self._begin, self._end, self._parent, self._size, self._region = (
             zeros(rows * columns, np.int32) for _ in range(5))
         self._row_runs = zeros((rows, 2), np.int32)
-        self._sums = zeros((len(self._bands), 2, columns + 1), np.int32)
+        self._sums = zeros((MOST_PARTS, 2, columns + 1), np.int32)
 
     def grow(self, pool, luminance, weak, likeness, least, needs=all_before):
         """
@@ -83,14 +81,15 @@ class GreyRegions:
         region; needs: see `Chain.each`
         """
         runs, likeness = (self._begin, self._end, self._parent, self._row_runs), tuple(likeness)
+        bands = pool.parts(len(self._row_runs))
 
         def join(edges):
             segments.join_runs(luminance, likeness, runs, self._sums[0], edges)
             self.number = segments.number_regions(runs, least, self._size, self._region)
         pool.each(lambda band: segments.find_runs(
             luminance, weak, likeness, runs, self._sums[band[0]], band[1], band[2]),
-            self._bands, needs)
-        pool.each(join, [self._edges])
+            bands, needs)
+        pool.each(join, [np.array([first for _, first, _ in bands])])
 
     @property
     def grown(self):
@@ -152,6 +151,6 @@ class WeakRegions:
         chain.each(lambda part: segments.fit_planes(
             self._points, starts, (ROUNDS, AGREEMENT, ENOUGH, random.key), SHARE, planes, *part),
             list(pairwise([*edges, number])))
-        chain.each(write, cut_parts(len(parent), 2))
+        chain.each(write, pool.parts(len(parent), 2))
         chain.run()
         return mutant

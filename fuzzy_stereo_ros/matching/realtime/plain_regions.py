@@ -13,7 +13,7 @@ from functools import partial
 from typing import NamedTuple
 
 from fuzzy_stereo_ros.matching.arrays import zeros
-from fuzzy_stereo_ros.matching.bands import beside, cut_parts, widened
+from fuzzy_stereo_ros.matching.bands import beside, MOST_PARTS, widened
 from fuzzy_stereo_ros.matching.kernels.planes import plain_masks, plain_regions as kernels
 from fuzzy_stereo_ros.matching.kernels.planes.region_votes import judge
 from fuzzy_stereo_ros.matching.kernels.planes.segments import Likeness
@@ -47,7 +47,7 @@ class Texture:
         self.bands = kernels.TextureBands(
             zeros((kernels.BANDS, rows, columns), np.int16), zeros((rows, columns), np.uint16),
             zeros((rows, 2), np.int64))
-        self._totals = zeros((len(cut_parts(rows, kernels.ROWS)), kernels.BANDS, 3), np.int64)
+        self._totals = zeros((MOST_PARTS, kernels.BANDS, 3), np.int64)
 
     def mark(self, first, last):
         """Mark the plain pixels of some rows, once all of the half-size view is read."""
@@ -108,7 +108,6 @@ class PlainRegions:
         self._labels = -(-disparities // LANES) * LANES
         self._left = Texture(full.left, half.left, 0)
         self._right = Texture(full.right, half.right, self._labels + 1)
-        self._bands = cut_parts(rows, kernels.ROWS)
         self._regions = GreyRegions(rows, columns)
         self._least = max(int(LEAST * rows * columns), 1)
         self._cells = -(-rows // kernels.ROWS), -(-2 * columns // kernels.COLUMNS)
@@ -118,7 +117,7 @@ class PlainRegions:
     def find(self, pool):
         """Find the plain regions of the left view; pool: a ThreadPool, or a Chain."""
         left = self._left
-        pool.each(lambda band: left.mark(*band[1:]), self._bands)
+        pool.each(lambda band: left.mark(*band[1:]), self._parts(pool))
         self._regions.grow(pool, left.half.luminance, left.plain.mask, ANY_GREY, self._least)
         pool.each(self._list, [self._cells])
 
@@ -130,7 +129,7 @@ class PlainRegions:
         the target that exist; half_labels: (r, c), the half-size map, and prior: the `Prior` of
         the full search, both written; weight: of the prior there
         """
-        left, right, bands = self._left, self._right, self._bands
+        left, right, bands = self._left, self._right, self._parts(pool)
         first, last = self._base - target_range[1], self._base - target_range[0]
         columns = (0, left.view.columns - 1), (max(first, 0), min(last, right.view.columns - 1))
         target = right.bands.values, right.bands.seen, self._base
@@ -161,6 +160,10 @@ class PlainRegions:
         pool.each(partial(self._call, split), bands, beside(bands))
         for work, items in ((vote, bands), (judge_some, range(PARTS)), (write, bands)):
             pool.each(partial(self._call, work), items)
+
+    def _parts(self, pool):
+        """Return parts of whole cells."""
+        return pool.parts(self._left.half.rows, kernels.ROWS)
 
     def _call(self, work, item):
         """Call some work with what was found, if there are regions, and an item."""

@@ -22,10 +22,10 @@ class Propagation:
     def __init__(self, possibility, tile):
         """Allocate for the size of a possibility; tile: rows that bands have a multiple of."""
         self._possibility, self.chosen = possibility, new_result(possibility)
-        self.bands = cut_bands(possibility.rows, tile)
+        self._bands = cut_bands(possibility.rows, tile)
         self._last_parent = 2 * (half_disparities(possibility.disparities) - 1)
         sizes = kernels.sizes(possibility.disparities, self.chosen.target.shape[1])
-        self._memory, self._tiles = zip(*(_tile(sizes) for _ in self.bands))
+        self._memory, self._tiles = zip(*(_tile(sizes) for _ in self._bands))
 
     def limit(self, half_labels):
         """Do nothing: only the labels of the parent are searched."""
@@ -44,7 +44,7 @@ class Propagation:
             address_of(half_prior.labels), address_of(half_prior.weights),
             half_prior.labels.itemsize, self._last_parent, self.chosen.target.shape[1],
             *map(address_of, self.chosen)))
-        pool.each(self._propagate, self.bands)
+        pool.each(self._propagate, self._bands)
         return self.chosen
 
     def _propagate(self, band):

@@ -11,7 +11,7 @@ from functools import partial
 import cv2
 from fuzzy_stereo_ros.matching.arrays import zeros
 from fuzzy_stereo_ros.matching.bands import (
-    beside, cut_bands, cut_parts, filter_band, widened)
+    beside, cut_bands, filter_band, MOST_PARTS, widened)
 from fuzzy_stereo_ros.matching.kernels.refinement import filling, subpixel
 from fuzzy_stereo_ros.matching.kernels.refinement.consistency import (
     check_consistency, find_components, join_components, reject_changed, reject_small)
@@ -33,27 +33,25 @@ class Speckles:
     The components of a map of one image size: `find` those of each band, `join`, then `reject`.
 
     labels: whole numbers (R, C); validity: uint8 (R, C); step: neighbours whose labels differ by
-    at most this are connected; smallest: pixels of a component that stays; band: one of `bands`
+    at most this are connected; smallest: pixels of a component that stays; band: one of all bands
     """
 
-    def __init__(self, columns, bands):
-        """Allocate for images of so many columns; bands: of all rows, see `cut_bands`."""
-        self._columns, rows = columns, bands[-1][2]
-        self._edges = zeros(len(bands), np.int64)
-        self._marks = zeros((len(bands), 3), np.int64)
+    def __init__(self, rows, columns):
+        """Allocate for images of a size."""
+        self._columns = columns
+        self._marks = zeros((MOST_PARTS, 3), np.int64)
         self._runs = tuple(zeros(rows * columns, np.int32) for _ in range(4))
 
     def find(self, labels, validity, step, band):
         """Find the components of a band."""
         index, first, last = band
-        self._edges[index] = first
         find_components(labels.reshape(-1), validity.reshape(-1), self._columns, step, self._runs,
                         self._marks[index], first, last)
 
-    def join(self, labels, step):
+    def join(self, labels, step, bands):
         """Join the components of all bands where they touch."""
-        join_components(labels.reshape(-1), self._columns, step, self._runs, self._marks,
-                        self._edges)
+        join_components(labels.reshape(-1), self._columns, step, self._runs,
+                        self._marks[:len(bands)], np.array([first for _, first, _ in bands]))
 
     def reject(self, validity, smallest, band):
         """Reject the pixels of a band that belong to small components."""
@@ -65,9 +63,9 @@ class Speckles:
 def reject_speckles(pool, labels, validity, step, smallest):
     """Reject the small components of a map; labels to smallest: see Speckles."""
     bands = cut_bands(len(labels))
-    speckles = Speckles(labels.shape[1], bands)
+    speckles = Speckles(*labels.shape)
     pool.each(lambda band: speckles.find(labels, validity, step, band), bands)
-    speckles.join(labels, step)
+    speckles.join(labels, step, bands)
     pool.each(lambda band: speckles.reject(validity, smallest, band), bands)
 
 
@@ -79,21 +77,20 @@ class Refinement:
     of the best chromosome
     """
 
-    def __init__(self, columns, disparities, labels_type, bands, by_membership=True):
+    def __init__(self, rows, columns, disparities, labels_type, by_membership=True):
         """
-        Allocate for images of so many columns, labels of a type, and bands of all rows.
+        Allocate for images of a size, and labels of a type.
 
         by_membership: whether there is a membership median
         """
         self._by_membership = by_membership
-        rows = bands[-1][2]
         around = rows + 2 * filling.RADIUS, columns + 2 * filling.RADIUS + 2 * LANES
-        self._parts, self._disparities = cut_parts(rows), disparities
+        self._disparities = disparities
         self.validity, self.final_validity = (
             zeros((rows, columns), np.uint8) for _ in range(2))
-        self._speckles = Speckles(columns, bands)
+        self._speckles = Speckles(rows, columns)
         self._padded, self._padded_grey = (zeros(around, labels_type) for _ in range(2))
-        self._members = [zeros(filling.NEIGHBOURS * LANES, labels_type) for _ in self._parts]
+        self._members = [zeros(filling.NEIGHBOURS * LANES, labels_type) for _ in range(MOST_PARTS)]
         self._median = zeros((rows, columns + 2 * LANES), labels_type)
         self._labels = zeros((rows, columns), labels_type)
         fine_type = np.int16 if disparities < 2000 else np.int32
@@ -106,7 +103,7 @@ class Refinement:
             RIGHT[:-1] - np.arange(10) * slopes,
             10 * slopes / (AROUND**2 * subpixel.CERTAIN * subpixel.NEIGHBOURS))).astype(np.float32)
         self._agreeing = zeros((rows, columns), np.uint8)
-        self._rows = [zeros((2, columns + LANES), fine_type) for _ in self._parts]
+        self._rows = [zeros((2, columns + LANES), fine_type) for _ in range(MOST_PARTS)]
 
     @property
     def fine_labels(self):
@@ -123,7 +120,8 @@ class Refinement:
     def join_speckles(self, pool, chosen, config):
         """Join the speckles of bands that touch, once all bands are checked."""
         if config.speckle_size > 1:
-            pool.each(lambda step: self._speckles.join(chosen.labels, step),
+            bands = pool.parts(len(chosen.labels))
+            pool.each(lambda step: self._speckles.join(chosen.labels, step, bands),
                       [config.speckle_range])
 
     def reject_speckles(self, config, band):
@@ -155,7 +153,7 @@ class Refinement:
                 found = median[:, :columns]
             filter_band(partial(cv2.medianBlur, ksize=MEDIAN), MEDIAN // 2, found, self._labels,
                         band)
-        pool.each(smooth_band, self._parts)
+        pool.each(smooth_band, pool.parts(len(labels)))
         return self._labels
 
     def write(self, pool, labels, chosen, prior_margins, config):
@@ -186,5 +184,6 @@ class Refinement:
             subpixel.write_out(
                 (self._fine, self._agreeing), self.final_validity, self._around, rules,
                 disparity, confidence, *band[1:])
-        pool.each(write_band, self._parts, beside(self._parts))
+        bands = pool.parts(len(labels))
+        pool.each(write_band, bands, beside(bands))
         return disparity, confidence

@@ -9,7 +9,6 @@ passes (Hirschmueller, 2008) take its place, a memetic step on all rows and colu
 from functools import cached_property
 
 from fuzzy_stereo_ros.matching.arrays import zeros
-from fuzzy_stereo_ros.matching.bands import cut_parts
 from fuzzy_stereo_ros.matching.kernels.addresses import address_of
 from fuzzy_stereo_ros.matching.kernels.possibility.costs import Prior
 from fuzzy_stereo_ros.matching.kernels.scanlines.column_paths import OVERLAP
@@ -79,7 +78,7 @@ class Scanlines:
         are kept for as many rows of tiles only as are worked on at a time.
         """
         rows, columns = possibility.rows, possibility.columns
-        self.possibility, self.tile, self.bands = possibility, tile, cut_parts(rows)
+        self.possibility, self.tile = possibility, tile
         self.most_blocks = blocks_of(possibility.disparities)
         self.chosen = new_result(possibility)
         tiles = -(-rows // tile), -(-columns // tile)

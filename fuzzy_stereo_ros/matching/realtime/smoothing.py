@@ -57,14 +57,14 @@ class Smoothing:
     def smooth(self, pool, views, bands):
         """Smooth the views that need it, once all bands are measured."""
         (small_from, small_to), (large_from, large_to) = kernels.SMALL, kernels.LARGE
-        small, large, middle = self._counts.sum(axis=0).T
+        small, large, middle = self._counts[:len(bands)].sum(axis=0).T
         # Number expected if all sizes are equally frequent: any other picture has more. After
         # coarse quantisation few are large either: then half of those of the other grid of blocks.
         expected = np.maximum(large * (small_to - small_from) / (large_to - large_from),
                               FEW * small[::-1])
         self.compressed = _too_few(small, expected)
         self.coarse = self.compressed and _too_few(middle, FEW * middle[::-1])
-        steps, smoothed = self._steps.sum(axis=0).tolist(), []
+        steps, smoothed = self._steps[:len(bands)].sum(axis=0).tolist(), []
         for view, (near, far), (other_near, other_far) in zip(views, steps, steps[::-1]):
             sharpness, other = near * other_far, other_near * far
             if self.compressed or other < BLURRED * sharpness:

@@ -5,7 +5,7 @@ Both images at full and at half size, with their features and the noise of the p
 
 Not in the paper, whose memberships have a fixed width.
 """
-from fuzzy_stereo_ros.matching.bands import cut_parts, widened
+from fuzzy_stereo_ros.matching.bands import MOST_PARTS, widened
 from fuzzy_stereo_ros.matching.beyond import MARGIN
 from fuzzy_stereo_ros.matching.kernels.scanlines.volume import blocks_of
 from fuzzy_stereo_ros.matching.kernels.simd import LANES
@@ -58,8 +58,7 @@ class Views:
         self._right = CensusPicture(rows, columns, True, 0) if extra else self.full.right
         self._estimate = noise(rows, columns)
         self.noise = 0.0
-        self._bands = cut_parts(rows, PART)
-        self._smoothing = Smoothing(rows, columns, len(self._bands))
+        self._smoothing = Smoothing(rows, columns, MOST_PARTS)
 
     def read(self, pool, left, right):
         """
@@ -82,7 +81,7 @@ class Views:
             self._estimate.measure(full.left, half.left, first, last)
             self._smoothing.measure(self.pictures, unit, band)
 
-        pool.each(read, self._bands)
+        pool.each(read, pool.parts(full.rows, PART))
         self.noise = self._estimate.level
 
     @property
@@ -99,7 +98,7 @@ class Views:
         """Smooth the pair where JPEG or a blurred lens needs it, and match it as JPEG needs it."""
         self.full.left.edges = self.full.left.grey
         found = self._smoothing
-        found.smooth(pool, self.pictures, self._bands)
+        found.smooth(pool, self.pictures, pool.parts(self.full.rows, PART))
         self.full.use(COARSE_SIZE if found.coarse else JPEG_SIZE if found.compressed
                       else FULL_SIZE)
 
@@ -123,4 +122,4 @@ class Views:
             for views, rows, unit in ((full, band, 256), (half, half_band, 128)):
                 views.denoise(int(unit * tolerance), *widened(rows, FAR, views.rows))
                 views.describe(describe, *rows[1:])
-        pool.each(describe_band, self._bands)
+        pool.each(describe_band, pool.parts(full.rows, PART))

@@ -178,7 +178,7 @@ class WarmStart:
 
     def _labels_in_place(self, pool, state, half):
         """Return a state's labels and write their weights; None where no tile is in place."""
-        left, bands = self._averaging.tiles[0], self._averaging.bands
+        left, bands = self._averaging.tiles[0], self._averaging.parts(pool)
         if self._averaging.noise < QUIET or not self._strengths.any():
             self._weights[:] = 0
             return None

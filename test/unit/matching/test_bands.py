@@ -1,6 +1,7 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Bands of rows, and the pool that works on them."""
+from functools import partial
 import os
 from queue import SimpleQueue
 import threading
@@ -8,7 +9,7 @@ from types import SimpleNamespace
 
 from fuzzy_stereo_ros.matching.bands import (
     all_before, beside, Chain, cut_bands, cut_parts, filter_band, first_of, HelperPlaces,
-    nothing_before, ThreadPool, widened)
+    MOST_PARTS, nothing_before, ThreadPool, widened)
 from hypothesis import given, strategies as st
 import numpy as np
 import pytest
@@ -16,10 +17,11 @@ import pytest
 PATIENCE = 300      # s
 
 
-@pytest.mark.parametrize('cut', [cut_bands, cut_parts])
+@pytest.mark.parametrize('cut', [
+    cut_bands, *(partial(cut_parts, threads=threads) for threads in (1, 3, 16))])
 @given(rows=st.integers(1, 5000), height=st.integers(1, 300))
 def test_bands_cover_each_row_once_and_in_order_and_end_with_a_row_of_tiles(cut, rows, height):
-    bands = cut(rows, height)
+    bands = cut(rows, height=height)
     assert [index for index, _, _ in bands] == list(range(len(bands)))
     assert [row for _, first, last in bands for row in range(first, last)] == list(range(rows))
     assert all(last % height == 0 or last == rows for _, _, last in bands)
@@ -63,17 +65,18 @@ def test_larger_images_are_cut_into_more_bands(rows, count):
     assert len(cut_bands(rows)) == count
 
 
-@given(st.integers(64, 5000))
-def test_there_are_twice_as_many_parts_as_bands_or_more_and_none_is_empty(rows):
-    parts = cut_parts(rows, 32)
-    assert 2 * len(cut_bands(rows)) <= len(parts) <= 16
+@given(st.integers(1, 5000), st.integers(1, 200))
+def test_no_part_is_empty_and_there_are_at_most_so_many(rows, threads):
+    parts = cut_parts(rows, threads, 32)
+    assert len(parts) <= min(2 * threads, MOST_PARTS)
     assert all(first < last for _, first, last in parts)
 
 
-@pytest.mark.parametrize('rows, count', [
-    (63, 1), (64, 2), (128, 4), (639, 4), (640, 10), (720, 12), (960, 16), (4000, 16)])
-def test_larger_images_are_cut_into_more_parts(rows, count):
-    assert len(cut_parts(rows)) == count
+@pytest.mark.parametrize('rows, threads, count', [
+    (240, 1, 1), (480, 1, 2), (1080, 1, 2), (119, 2, 1), (120, 2, 2), (479, 2, 2), (480, 2, 4),
+    (240, 8, 4), (480, 8, 8), (720, 8, 12), (1080, 8, 16), (4000, 16, 32), (4000, 99, 32)])
+def test_there_are_two_parts_a_thread_and_one_where_images_are_small(rows, threads, count):
+    assert len(cut_parts(rows, threads)) == count == len(ThreadPool(threads).parts(rows))
 
 
 @pytest.mark.parametrize('threads', [1, 2, 3])
@@ -267,8 +270,9 @@ def test_an_item_that_waits_begins_as_soon_as_what_it_needs_is_done():
 
 
 def test_stages_of_a_chain_need_those_before_or_the_bands_that_they_read():
-    calls, done, bands = [], [], cut_parts(300)
-    chain = Chain(SimpleNamespace(threads=2, shares=None, each=lambda *call: calls.append(call)))
+    calls, done, bands = [], [], cut_bands(640)
+    chain = Chain(SimpleNamespace(
+        threads=2, parts=None, shares=None, each=lambda *call: calls.append(call)))
     for needs in (all_before, nothing_before, all_before, beside(bands), beside(bands, 1)):
         chain.each(done.append, bands, needs)
     so_far = chain.stages_so_far()

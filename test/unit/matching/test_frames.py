@@ -227,21 +227,16 @@ def test_a_covered_lens_never_gets_confidence_however_long_it_is_covered():
     assert (match.confidence > 0.95).mean() < 0.001
 
 
-def test_the_bands_of_a_sequence_change_nothing():
+def test_the_parts_of_a_sequence_change_nothing():
     left, right, _ = skimage.data.stereo_motorcycle()
     random = np.random.default_rng(0)
     pairs = [[with_noise(image[100:400, 200:500], 1.5, random) for image in (left, right)]
              for _ in range(FRAMES)]
     found = []
-    for whole in (False, True):
-        matcher = StereoMatcher(MatcherConfig(disparities=60, threads=1))
-        sequence = [matcher.match(*pairs[0])]
-        frames, averaging = matcher.algorithm.frames, matcher.algorithm._warm_start._averaging
-        assert len(frames._bands) == len(averaging.bands) == 4
-        if whole:
-            frames._bands = [(0, 0, 150)]
-            averaging.bands = [(0, 0, 19)]
-        sequence += [matcher.match(*pair) for pair in pairs[1:]]
+    for threads, number in ((1, 1), (5, 5)):
+        matcher = StereoMatcher(MatcherConfig(disparities=60, threads=threads))
+        sequence = [matcher.match(*pair) for pair in pairs]
+        assert len(matcher.algorithm.pool.parts(300)) == number
         assert matcher.state.own.evolved.any()
         assert matcher.algorithm._warm_start.prior_margins[0].any()
         found.append([matcher.state.own.planes, *(match.disparity for match in sequence),

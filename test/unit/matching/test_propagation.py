@@ -39,7 +39,7 @@ def check(shape, disparities, parents_of=4, min_disparity=0, seed=0, threads=1):
         parents, parent.weights, disparities, kernels.CUT, kernels.OWN, kernels.WEAK)
     expected = twins.propagated(
         np.minimum(totals, 255), parents, 2 * (half_disparities(disparities) - 1),
-        [band[1:] for band in propagation.bands], (kernels.ROWS, kernels.COLUMNS), kernels.GROW)
+        [band[1:] for band in propagation._bands], (kernels.ROWS, kernels.COLUMNS), kernels.GROW)
     for name, values in zip(('labels', 'offsets', 'sums', 'margins'), expected):
         np.testing.assert_array_equal(getattr(chosen, name), values, name)
     np.testing.assert_array_equal(chosen.target, reference_census.chosen_by_target(

@@ -4,7 +4,7 @@
 from types import SimpleNamespace
 
 from census_scene import random_map
-from fuzzy_stereo_ros.matching.bands import cut_bands, ThreadPool
+from fuzzy_stereo_ros.matching.bands import ThreadPool
 from fuzzy_stereo_ros.matching.config import MatcherConfig
 from fuzzy_stereo_ros.matching.kernels.refinement.consistency import check_consistency
 from fuzzy_stereo_ros.matching.kernels.refinement.filling import fill_rows
@@ -115,26 +115,27 @@ def test_rows_are_filled_as_by_the_twin(given_maps):
 @pytest.mark.parametrize('shape', [(2, 2), (3, 9), (5, 5), (17, 40)])
 def test_smoothing_is_both_medians_one_after_the_other(shape, dtype, disparities):
     labels, grey = random_map(shape, disparities, 7, dtype), random_map(shape, 50, 8)
-    refinement = Refinement(shape[1], disparities, dtype, cut_bands(shape[0]))
+    refinement = Refinement(*shape, disparities, dtype)
     np.testing.assert_array_equal(
         refinement.smooth(ThreadPool(1), labels, labels, grey),
         twins.median_of_25(twins.membership_median(labels, grey, ALIKE)))
 
 
 @settings(max_examples=20, deadline=None)
-@given(st.integers(1, 40), st.integers(1, 30), st.integers(1, 12), st.integers(0, 99))
-def test_bands_change_nothing(rows, columns, height, seed):
+@given(st.integers(1, 40), st.integers(1, 30), st.integers(2, 12), st.integers(0, 99))
+def test_parts_change_nothing(rows, columns, height, seed):
     shape = rows, columns
     chosen, validity, final = chosen_at_random(shape, 30, seed)
     grey, prior_weight = random_map(shape, 256, seed + 7), random_map(shape, 3, seed + 8)
     edges = [*range(0, rows, height), rows]
     found = []
     for bands in ([(0, 0, rows)], list(zip(range(len(edges)), edges, edges[1:]))):
-        refinement = Refinement(columns, 30, final.dtype, bands)
-        refinement.validity[:] = validity
-        labels = refinement.smooth(POOL, chosen.labels, final, grey)
+        refinement, pool = Refinement(*shape, 30, final.dtype), ThreadPool(2)
+        refinement.validity[:], pool.parts = validity, lambda rows, bands=bands: bands
+        labels = refinement.smooth(pool, chosen.labels, final, grey)
         found.append((labels, *refinement.write(
-            POOL, labels, chosen, (prior_weight, MARGINS), MatcherConfig(disparities=30))))
+            pool, labels, chosen, (prior_weight, MARGINS), MatcherConfig(disparities=30))))
+        pool.close()
     for whole, parts in zip(*found):
         np.testing.assert_array_equal(whole, parts)
 
@@ -165,7 +166,7 @@ def written(shape, disparities, seed=0, validity=None, **changes):
     chosen, random_validity, final = chosen_at_random(shape, disparities, seed)
     validity = random_validity if validity is None else np.full(shape, validity, np.uint8)
     config = MatcherConfig(disparities=disparities, **changes)
-    refinement = Refinement(shape[1], disparities, final.dtype, cut_bands(shape[0]))
+    refinement = Refinement(*shape, disparities, final.dtype)
     refinement.final_validity[:] = validity
     prior_weight = random_map(shape, 3, seed + 6)
     disparity, confidence = refinement.write(POOL, final, chosen, (prior_weight, MARGINS), config)
@@ -206,7 +207,7 @@ def half_certain(shape):
     return SimpleNamespace(
         labels=np.full(shape, 7, np.uint8), offsets=np.zeros(shape, np.int8),
         sums=np.zeros(shape, np.uint8), margins=np.full(shape, CLEAR_MARGIN, np.uint8),
-    ), Refinement(shape[1], 64, np.uint8, cut_bands(shape[0]))
+    ), Refinement(*shape, 64, np.uint8)
 
 
 def test_a_pixel_as_sure_as_the_threshold_stays_valid():
