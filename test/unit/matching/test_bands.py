@@ -284,7 +284,7 @@ def test_stages_of_a_chain_need_those_before_or_the_bands_that_they_read():
         *[0] * 8, *[8] * 4, 9, 10, 11, 12, 14, 15, 16, 16, *[20] * 8]
     for item in items:
         work(item)
-    assert done == 7 * bands
+    assert done == list(7 * bands)
 
 
 def test_a_chain_begins_what_needs_nothing_before_what_others_do_has_ended():
