@@ -1,11 +1,12 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-Read, write and find single numbers without a check of bounds, in arrays and at addresses.
+Read, write and find single numbers in arrays and at addresses, without a check of bounds.
 
-Kernels that get addresses instead of arrays compile in a fraction of the time.
+Kernels that get addresses instead of arrays compile in a fraction of the time. Numbers are found
+by value or by rank; numba needs seconds to compile NumPy's functions for that.
 """
-from fuzzy_stereo_ros.matching.kernels.compiled import inlined
+from fuzzy_stereo_ros.matching.kernels.compiled import called, inlined
 from fuzzy_stereo_ros.matching.kernels.simd import (
     bits_at, broadcast, equal_bits, first_set, LANES, load, place_of, splat)
 from numba import types
@@ -142,3 +143,30 @@ def repeat_bytes(numbers, begin, end, words, at):
     for index in range(end - begin):
         byte = np.uint32(load_byte(numbers, begin + index))
         store_word(words, at + index, np.uint32(byte * np.uint32(0x01010101)))
+
+
+@called
+def of_rank(values, number, rank):
+    """Return the one of the first values that has so many before it; their order changes."""
+    low, high = 0, number - 1
+    while low < high:       # quickselect
+        pivot, left, right = values[rank], low, high
+        while left <= right:
+            while values[left] < pivot:
+                left += 1
+            while values[right] > pivot:
+                right -= 1
+            if left <= right:
+                values[left], values[right] = values[right], values[left]
+                left, right = left + 1, right - 1
+        if right < rank:
+            low = left
+        if rank < left:
+            high = right
+    return values[rank]
+
+
+@called
+def median(values, number):
+    """Return the middle one of the first values, of two the lower one; their order changes."""
+    return of_rank(values, number, max(np.int64(number) - 1, 0) // 2)

@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-Thirty-two labels at once: small vectors of integers as values inside numba kernels.
+Vectors of 32 or more small whole numbers, as values inside of kernels.
 
 Everything is portable LLVM (no instruction of a special processor is named), so the same source
 runs on SSE, AVX2, AVX-512 and NEON. Loads and stores need no alignment and check no bounds.

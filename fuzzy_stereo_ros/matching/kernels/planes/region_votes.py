@@ -9,9 +9,9 @@ noise is needed.
 """
 from typing import NamedTuple
 
+from fuzzy_stereo_ros.matching.kernels.addresses import median
 from fuzzy_stereo_ros.matching.kernels.compiled import called, inlined, kernel
 from fuzzy_stereo_ros.matching.kernels.planes.plain_regions import BANDS, COUNTED, Votes
-from fuzzy_stereo_ros.matching.kernels.selection import median
 import numpy as np
 
 APART = 3            # px from the best disparity; nearer ones count as the same

@@ -245,7 +245,7 @@ def gather_points(regions, most, labels, offsets, validity, tally, starts, point
     disparity in full px: those of region i are points[:, starts[i]:starts[i + 1]]
     """
     begin, end, row_runs, region = regions
-    every, due, place = tally[:, 0], tally[:, 1], tally[:, 2]
+    every, waited, place = tally[:, 0], tally[:, 1], tally[:, 2]   # one match in `every`
     every[:] = 0
     for row in range(len(row_runs)):
         for run in range(row_runs[row, 0], row_runs[row, 1]):
@@ -256,7 +256,7 @@ def gather_points(regions, most, labels, offsets, validity, tally, starts, point
     for mine in range(every.size):
         count = every[mine]
         every[mine] = (count + most - 1) // most
-        place[mine], due[mine] = starts[mine], 1
+        place[mine], waited[mine] = starts[mine], 1
         starts[mine + 1] = starts[mine] + count // max(every[mine], 1)
     for row in range(len(row_runs)):
         for run in range(row_runs[row, 0], row_runs[row, 1]):
@@ -265,14 +265,14 @@ def gather_points(regions, most, labels, offsets, validity, tally, starts, point
                 continue
             for column in range(begin[run], end[run]):
                 if validity[2 * row + 1, 2 * column + 1] == CONSISTENT:
-                    if due[mine] == every[mine]:
+                    if waited[mine] == every[mine]:
                         points[0, place[mine]], points[1, place[mine]] = column, row
                         points[2, place[mine]] = (
                             np.float32(labels[2 * row + 1, 2 * column + 1])
                             + np.float32(offsets[2 * row + 1, 2 * column + 1]) / np.float32(STEPS))
                         place[mine] += 1
-                        due[mine] = 0
-                    due[mine] += 1
+                        waited[mine] = 0
+                    waited[mine] += 1
 
 
 @kernel

@@ -27,14 +27,19 @@ def compare_tiles(now, before, down, right, differences, first, last):
     Measure how tiles of a picture differ from the picture before, moved down and to the right.
 
     now: uint16 (R + 4, C + 4 + slack), padded; before: uint16 (R, C); differences: float32
-    (8, tile rows, tile columns), the tile rows first .. last are written, in grey levels: the
-    mean size of the differences of pixels; the mean size of the mean differences of blocks, times
-    BLOCK, which is as large where differences are white noise; the largest size of the mean
-    difference of a block, and the largest mean size. Tiles that show nothing of the picture
-    before are infinitely different. The next three, of sums of BLOCK rows and in units of their
-    own: the covariance of differences and slopes along the row, summed, whose sign is that of a
-    motion and which a change of light leaves as it is; its variance if all differences are noise;
-    and the sum of the squares of slopes. The last: the mean grey level before.
+    (8, tile rows, tile columns), of which the tile rows first .. last are written:
+
+    0: the mean absolute difference of pixels, grey levels; infinite for tiles that show nothing
+    of the picture before
+    1: the mean absolute value of the mean differences of blocks, times BLOCK, grey levels; that
+    of white noise is as large as the difference of pixels
+    2: the largest absolute mean difference of a block, grey levels
+    3: the largest mean absolute difference of a block, grey levels
+    4: the covariance of differences and slopes along the row, of sums of BLOCK rows, in units of
+    its own; its sign is that of a motion, and a change of light leaves it as it is
+    5: its variance if all differences are noise
+    6: the sum of the squares of the slopes
+    7: the mean grey level before
     """
     rows, columns = before.shape
     top, bottom = max(down, 0), rows + min(down, 0)
@@ -138,7 +143,7 @@ def _add_blocks(line, totals, largest):
 
 @called
 def _sum_up(of_columns, height, begin, end, found):
-    """Write the differences of a row of tiles that lies inside by `height` rows."""
+    """Write `differences` of a row of tiles, `height` rows of which the picture before shows."""
     unit = np.float32(1 / UNITS)
     for tile in range(found.shape[1]):
         left = tile * TILE

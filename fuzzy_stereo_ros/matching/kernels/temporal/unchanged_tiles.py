@@ -3,8 +3,8 @@
 """Find the tiles that differ from the previous picture by noise alone."""
 from typing import NamedTuple
 
+from fuzzy_stereo_ros.matching.kernels.addresses import of_rank
 from fuzzy_stereo_ros.matching.kernels.compiled import called, kernel
-from fuzzy_stereo_ros.matching.kernels.selection import of_rank
 import numpy as np
 
 QUIET_TILES = 0.2    # share of the tiles that are expected to differ by noise alone
