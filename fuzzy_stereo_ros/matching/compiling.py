@@ -28,7 +28,7 @@ from fuzzy_stereo_ros.matching.matcher import warm_up_camera, warm_up_pairs
 import numpy as np
 
 # of a dry run: the seed of what kernels write, None for nothing; whether a camera is followed
-ROUNDS = (None, True), *((seed, follows) for seed in range(2) for follows in (True, False))
+ROUNDS = (None, True), (0, True), (1, False)
 # level of LLVM, unless the user sets it: kernels are as fast as at 3, and compiled sooner
 OPTIMISATION = {'NUMBA_OPT': '2'}
 START = ('import json, sys; sys.path[:], config = json.loads(sys.argv[1]); '

@@ -45,8 +45,8 @@ def choose_folders():
     Return a folder to keep compiled kernels in, all to read from, and what denied ones cost.
 
     The first (a Path, None where there is none) is made in NUMBA_CACHE_DIR, else beside the
-    kernels, else in the user's cache. The others that cannot be written to are read. The last is
-    a sentence, '' if nothing is to be said.
+    kernels, else in the user's cache. Those before it, which cannot be written to, are read, too.
+    The last is a sentence, '' if nothing is to be said.
     """
     chosen = os.environ.get('XDG_CACHE_HOME', '')
     user = chosen if os.path.isabs(chosen) else os.path.expanduser('~/.cache')
@@ -55,17 +55,16 @@ def choose_folders():
     places = [place.absolute() for place in (*wanted, SOURCES / '__pycache__', Path(user, NAME))
               if str(place)[0] != '~']
     folders, denied = [place / folder_name() for place in places], []
-    closed = [folder for folder in folders if folder.is_dir() and not os.access(folder, os.W_OK)]
-    for folder in folders:
+    for number, folder in enumerate(folders, 1):
         try:
             make_folder(folder)
         except OSError as error:
             denied.append(f'{folder.parent}: {error.strerror}')
             continue
-        return folder, [folder, *closed], '' if not (wanted and denied) else (
+        return folder, folders[:number], '' if not (wanted and denied) else (
             f'compiled kernels cannot be kept in NUMBA_CACHE_DIR ({denied[0]}): they are kept in '
             f'{folder.parent}')
-    return None, closed, (
+    return None, folders, (
         f"no folder for compiled kernels can be written to ({', '.join(denied)}): they are "
         'compiled at each start, which takes up to 60 s; set NUMBA_CACHE_DIR to a folder that '
         'can be')
@@ -97,8 +96,8 @@ def folder_name():
 
 
 FOLDER, READ, WARNING = choose_folders()
-if WARNING and (FOLDER or not READ):      # else what is read may suffice
-    _remarks[WARNING] = False
+if WARNING and (FOLDER or not any(any(folder.glob('*.nbi')) for folder in READ)):
+    _remarks[WARNING] = False   # else what is read may suffice
 
 
 class KernelCache:
