@@ -35,6 +35,13 @@ def test_a_panel_shows_an_error_where_there_is_one(tmp_path):
     assert bright[0] < 5 and bright[1] > 100
 
 
+def test_a_panel_without_any_valid_pixel_is_drawn(tmp_path):
+    nothing = np.full((20, 30), np.nan)
+    write_panel(tmp_path / 'panel.png', np.zeros((20, 30), np.uint8), nothing,
+                np.zeros((20, 30)), nothing, low=0, high=15)
+    assert (tmp_path / 'panel.png').stat().st_size > 1000
+
+
 def test_an_unknown_suffix_is_rejected_and_nothing_written(tmp_path):
     with pytest.raises(ValueError, match='allowed are .png, .pdf, .svg'):
         write_panel(tmp_path / 'panel.docx', np.zeros((2, 2), np.uint8), np.zeros((2, 2)),
