@@ -39,7 +39,8 @@ LIVED = {'quality': ('quality', 8, ('middv2/tsukuba', 'middv2/teddy', *SHOWN[:2]
          'paper': ('paper_live', 16, ('middv2/tsukuba', 'middv2/venus', 'middv2/teddy',
                                       'middv2/cones'))}
 SINGLE = 'single pairs'
-COMPRESSED = 'both JPEG 95'     # a condition of bench.conditions
+# conditions of bench.conditions
+COMPRESSED, NOISED = 'both JPEG 95', 'shot and read noise, unlike columns'
 EARNS = 3.0                 # percent of the mean error by which a part earns its place
 ROOM = 2.4          # longest bar as a multiple of the first one; longer ones are cut
 
@@ -50,6 +51,7 @@ class Evolution(NamedTuple):
     profile: str
     scene: Scene
     frames: int = 1
+    on: str = SINGLE
 
 
 def run(request):
@@ -69,9 +71,9 @@ def run(request):
             (lives(scenes, request.quick), 'over frames', live)))
     found = [balance_table(pd.concat([
         of_parts(trials, harder, moving).assign(profile='realtime'),
-        evolved.assign(on=SINGLE), lived]))]
-    found += [evolution_table(profile, of_profile)
-              for profile, of_profile in evolved.groupby('profile', sort=False)]
+        evolved, lived]))]
+    found += [evolution_table(*which, rows)
+              for which, rows in evolved.groupby(['profile', 'on'], sort=False)]
     found += scene_tables(trials) + (sequence_tables(moving) if len(moving) else [])
     return report_of('ablation', 'Ablation', {
         'as it is': f'{request.ours.description}, filled; on single scenes cold',
@@ -171,24 +173,31 @@ def still_sequences(request, scenes):
 
 
 def evolutions(scenes, quick):
-    """Return the `Evolution`s: `quality` on classic and SHOWN scenes, `paper` on classic ones."""
+    """
+    Return the `Evolution`s: `quality` on classic and SHOWN scenes, `paper` on classic ones.
+
+    `quality` also with noise, where more depends on what judges a proposal.
+    """
     classic = [scene for scene in scenes if scene.group == CLASSIC]
     shown = [scene for scene in scenes if scene.group == CLASSIC or scene.path in SHOWN]
     if quick or not shown:
         shown = classic = scenes[:1]
-    return [*(Evolution('quality', scene) for scene in shown),
+    return [*(Evolution('quality', scene, on=on) for on in (SINGLE, f'{SINGLE}, {NOISED}')
+              for scene in shown),
             *(Evolution('paper', scene) for scene in classic)]
 
 
 def evolve(one):
-    """Return a dict for each variant: profile, scene, name, error, fitness, milliseconds."""
+    """Return a dict for each variant: profile, scene, on, name, error, fitness, milliseconds."""
     found, scene, pair = [], one.scene, one.scene.read()
+    pair = pair if one.on == SINGLE else under_condition(pair, NOISED)
     for variant in (variant for variant in PROFILES[one.profile] if variant.still):
         matcher = variant.matcher(one.profile, scene.disparities)
         matcher.warm_up(*pair.left.shape[:2])
         match = matcher.match(pair.left, pair.right)
         population = matcher.algorithm.population
-        found.append({'profile': one.profile, 'scene': scene.path, 'name': variant.name,
+        found.append({'profile': one.profile, 'scene': scene.path, 'on': one.on,
+                      'name': variant.name,
                       'error': bad_percent(match.disparity, pair, scene.limit),
                       'fitness': float(population.fitness[population.best]),
                       'milliseconds': match.times['total']})
@@ -259,8 +268,8 @@ def balance_table(found):
         'error without it [%]', 'earns [%]'), rows)
 
 
-def evolution_table(profile, found):
-    """Return the table of errors, times and fitness; found: DataFrame of `evolve`."""
+def evolution_table(profile, on, found):
+    """Return the table of errors, times and fitness; on, found: what and DataFrame of `evolve`."""
     table = found.pivot(index='name', columns='scene', values='error').loc[
         found.name.unique(), found.scene.unique()].rename(
             columns=lambda path: path.partition('/')[2])
@@ -270,7 +279,7 @@ def evolution_table(profile, found):
     table['seconds'] = means.milliseconds / 1000
     table['fitness of its best'] = means.fitness.map('{:.4f}'.format)
     return Table.of(
-        f'{profile}: error in percent', table,
+        f'{profile}{on.removeprefix(SINGLE)}: error in percent', table,
         'Fitness compares only where the fitness itself is that of the profile as it is.')
 
 

@@ -17,6 +17,7 @@ from fuzzy_stereo_ros.matching.paper.matcher import PaperState, Stages as PaperS
 from fuzzy_stereo_ros.matching.paper.population import Lineage
 from fuzzy_stereo_ros.matching.paper.possibility import GREY_CENTRES, membership
 from fuzzy_stereo_ros.matching.quality.matcher import Stages as QualityStages
+from fuzzy_stereo_ros.matching.quality.operators import OPERATORS
 from fuzzy_stereo_ros.matching.realtime.frames import NothingInherited
 from fuzzy_stereo_ros.matching.realtime.matcher import Stages as RealtimeStages
 from fuzzy_stereo_ros.matching.realtime.possibility import CensusPicture
@@ -162,6 +163,12 @@ REALTIME = (
 )
 
 
+def _quality_without(*names):
+    """Return the stages of `quality` without the named operators."""
+    return QualityStages(operators={name: operator for name, operator in OPERATORS.items()
+                                    if name not in names})
+
+
 QUALITY = (
     DEFAULT,
     Variant('no crossover: a proposal as a whole', stages=QualityStages(
@@ -171,8 +178,11 @@ QUALITY = (
         crossover=lambda rows, columns, neighbours: Line())),
     Variant('partition crossover', stages=QualityStages(
         crossover=lambda rows, columns, neighbours: Regions(rows, columns))),
-    Variant('no mutation', stages=QualityStages(operators={}), part='mutation'),
+    Variant('no mutation', stages=_quality_without('segments', 'tiles'), part='mutation'),
+    Variant('no planes of segments', stages=_quality_without('segments')),
+    Variant('no planes of tiles', stages=_quality_without('tiles')),
     Variant('no evidence asked for', stages=QualityStages(evidence=NoEvidence)),
+    Variant('views judge each other at the start alone', stages=_quality_without('trust')),
     Variant(NO_PREVIOUS_BEST, stages=QualityStages(inheritance=NothingHandedOn), still=False,
             part='previous best'),
 )

@@ -18,7 +18,7 @@ ORIGIN_COLOURS = {FIRST: '#3b6fb6', SECOND: '#f2a93b', MUTATED: '#d62768'}
 ORIGIN_WORDS = {
     'paper': {FIRST: 'first parent', SECOND: 'second parent', MUTATED: 'mutation'},
     'realtime': {FIRST: 'kept', MUTATED: 'planes of plain regions'},
-    'quality': {FIRST: 'kept', MUTATED: 'planes of segments'}}
+    'quality': {FIRST: 'kept', MUTATED: 'planes of segments and tiles'}}
 # Words for the cells that evolved and for the map beside them, and the most of that.
 FRAME_WORDS = {'realtime': ('evolved', 'planes proposed', None),
                'paper': ('new genes of the best', 'possibility of the best', 1),

@@ -6,8 +6,8 @@ The profile `quality`: `QualityMatcher.match` is one pair, a line a stage.
 Genes are planes, and both views of a pair evolve. Scanlines give each view a dense seed, whose
 parent is the map of the previous frame, moved, or that of `realtime`; planes fitted around its
 pixels are the chromosome. Colours count as the left camera would have exposed them. Mutants are
-planes of segments; fusion by a minimum cut takes those that are fitter, unless the images are
-evidence against them. Where the views of the seed disagree, a match counts little.
+planes of segments and tiles; fusion by a minimum cut takes those that are fitter, unless the
+images are evidence against them. Where the views disagree, a match counts little.
 """
 from collections.abc import Callable
 from typing import NamedTuple
@@ -20,10 +20,10 @@ from fuzzy_stereo_ros.matching.match import Match, mirrored
 from fuzzy_stereo_ros.matching.over_frames.inheritance import Inheritance
 from fuzzy_stereo_ros.matching.quality.exposure import exposed_alike
 from fuzzy_stereo_ros.matching.quality.fitness import PlaneFitness
-from fuzzy_stereo_ros.matching.quality.operators import Evidence, OPERATORS
+from fuzzy_stereo_ros.matching.quality.operators import Evidence, INHERITED, OPERATORS
 from fuzzy_stereo_ros.matching.quality.planes import local_planes, segments_of
 from fuzzy_stereo_ros.matching.quality.population import CrossoverTools, EvolvingView, Population
-from fuzzy_stereo_ros.matching.quality.result import consistent, refine, without_uncertain
+from fuzzy_stereo_ros.matching.quality.result import refine, without_uncertain
 from fuzzy_stereo_ros.matching.quality.seed import (
     costs_of_pixels, parent_of, realtime_matches, ScanlineSeed)
 import numpy as np
@@ -74,7 +74,8 @@ class Stages(NamedTuple):
     The stages that can be exchanged, as the ablation does (bench/variants.py).
 
     crossover: called with rows, columns and 4 neighbours, returns a crossover of an `Exchange`
-    operators: {name: operator}, in the order in which they are called
+    operators: {name: operator}, in the order in which they are called; where maps are inherited
+    only those of INHERITED
     evidence: called with rows and columns, returns a check of proposals, see Evidence
     inheritance: called as Inheritance, returns what a frame takes over of the previous one
     """
@@ -139,7 +140,9 @@ class QualityMatcher:
         seed = starts[0].seed
         del starts, volume       # frees their memory
         watch.lap('views')
-        history = evolve(self.population, self._stages.operators, random, budget, observe)
+        operators = {name: operator for name, operator in self._stages.operators.items()
+                     if name in INHERITED or not inherited}
+        history = evolve(self.population, operators, random, budget, observe)
         self.population.tools.release()
         watch.lap('generations')
         disparity, confidence = refine(self.pool, self._config, self.population, seed,
@@ -180,15 +183,15 @@ class QualityMatcher:
         """Return the population of a pair: planes around the pixels of both seeds."""
         stages, lowest, columns = self._stages, self._config.min_disparity, self._shape[1]
         tools, views, maps = CrossoverTools(self._shape, stages.crossover, stages.evidence), [], []
-        for start, other, origin in zip(starts, reversed(starts), (None, columns - 1 + lowest)):
-            colour, surface = start.colour, start.seed.surface
+        for start, origin in zip(starts, (None, columns - 1 + lowest)):
+            colour = start.colour
             roots = ROOT * np.sqrt(colour.astype(np.float32))
             fitness = PlaneFitness(*self._shape, self._config.disparities)
-            fitness.set_view(self.pool, volume, origin, colour, roots, start.weak,
-                             consistent(self.pool, surface, other.seed.surface, lowest))
+            fitness.set_view(self.pool, volume, origin, colour, roots, start.weak)
             views.append(EvolvingView(self.pool, fitness, colour, segments_of(roots), tools))
-            maps.append(local_planes(self.pool, surface, colour))
-        population = Population(views, tools)
+            maps.append(local_planes(self.pool, start.seed.surface, colour))
+        population = Population(views, tools, lowest)
+        population.update_trust([start.seed.surface for start in starts])
         population.initialise(maps)
         return population
 

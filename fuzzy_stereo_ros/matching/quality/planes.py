@@ -3,7 +3,7 @@
 """
 Regions that may lie in one plane, and planes fitted to regions and around pixels.
 
-Regions are segments of like pixels at several scales. Maps of planes are float32
+Regions are segments of like pixels at several scales, and tiles. Maps of planes are float32
 (R, C, 3).
 """
 from typing import NamedTuple
@@ -41,6 +41,14 @@ def listed(labels, number):
     regions = Regions(labels, np.zeros(number + 1, np.int32), np.zeros(labels.size, np.int32))
     fits.list_regions(labels.reshape(-1), regions[1:])
     return regions
+
+
+def tiles(shape, side, random):
+    """Return square tiles as `Regions`, their grid at a random place."""
+    down, right = ((np.arange(pixels, dtype=np.int32) + int(draw * side)) // side
+                   for pixels, draw in zip(shape, random.uniform(2)))
+    wide = right[-1] + 1
+    return listed(down[:, None] * wide + right, (down[-1] + 1) * wide)
 
 
 def segments_of(roots):

@@ -4,10 +4,11 @@
 The population of the profile `quality`: a plane map of each view of a pair.
 
 The chromosome is a plane map of the left view and one of the mirrored right view. It takes what is
-fitter from mutants. Where the seeds of its views disagree, matches count little in the fitness.
+fitter from mutants. Where the maps of its two views disagree, matches count little in the fitness.
 """
 from fuzzy_stereo_ros.matching.crossover import Exchange
 from fuzzy_stereo_ros.matching.kernels.planes.costs import take_planes
+from fuzzy_stereo_ros.matching.quality.result import consistent
 import numpy as np
 
 
@@ -86,6 +87,12 @@ class EvolvingView:
         self.match_costs.reshape(-1)[taken] = match_costs.reshape(-1)[taken]
         take_planes(*parents, exchange.cells, exchange.taken)
 
+    def trust_consistent(self, consistent):
+        """Trust matches where the views agree, bool (R, C), and measure the map anew."""
+        self.fitness.trust_consistent(consistent)
+        if self.planes is not None:
+            self._costs = self.fitness.trusted_costs(self.pool, self.match_costs)
+
 
 class Population:
     """
@@ -98,9 +105,9 @@ class Population:
 
     best, converged = 0, False
 
-    def __init__(self, views, tools):
-        """Take the views; they have no map yet."""
-        self.views, self.tools, self.fitness = views, tools, np.zeros(1)
+    def __init__(self, views, tools, lowest):
+        """lowest: px, the disparity that planes count from."""
+        self.views, self.tools, self._lowest, self.fitness = views, tools, lowest, np.zeros(1)
 
     def initialise(self, maps):
         """Set the first plane map of each view."""
@@ -116,3 +123,8 @@ class Population:
     def measure(self):
         """Measure the fitness."""
         self.fitness[0] = self.views[0].fitness_of()
+
+    def update_trust(self, maps):
+        """Trust the matches of both views where their maps agree: float32 (R, C), px."""
+        for view, one, other in zip(self.views, maps, reversed(maps)):
+            view.trust_consistent(consistent(view.pool, one, other, self._lowest))

@@ -187,7 +187,9 @@ def test_a_generation_cut_short_leaves_a_population_whose_best_gained_what_is_to
         assert row.best_fitness == population.fitness[population.best] == population.fitness.max()
         assert row.mean_fitness == population.fitness.mean()
         gains = [gain for one in match.history for gain in one.gains.values()]
-        assert min(gains, default=0) >= 0
+        # `trust` measures by what the views say of each other now: the same map may be less fit.
+        assert min((gain for one in match.history for name, gain in one.gains.items()
+                    if name != 'trust'), default=0) >= 0
         assert row.best_fitness == pytest.approx(seed + sum(gains), rel=1e-12)
 
 

@@ -38,8 +38,7 @@ def looked(seed, origin=None):
     colour = draw.integers(0, 60, (ROWS, COLUMNS, 3)).astype(np.uint8)
     fitness = PlaneFitness(ROWS, COLUMNS, LABELS)
     fitness.set_view(POOL, volume, origin, colour, colour.astype(np.float32) / 8,
-                     draw.uniform(0, 1, (ROWS, COLUMNS)).astype(np.float32),
-                     draw.random((ROWS, COLUMNS)) < 0.7)
+                     draw.uniform(0, 1, (ROWS, COLUMNS)).astype(np.float32))
     return fitness, volume, colour, draw
 
 
@@ -143,6 +142,7 @@ def test_a_map_costs_its_matches_and_the_differences_of_neighbours():
 @given(st.integers(0, 10**6))
 def test_an_exchange_has_the_exact_change_of_any_choice_of_cells(seed):
     fitness, _, _, draw = looked(seed)
+    fitness.trust_consistent(draw.random((ROWS, COLUMNS)) < 0.7)
     first, second = random_planes(draw), random_planes(draw)
     selected = draw.random((ROWS, COLUMNS)) < 0.6
     priced = [(planes, fitness.trusted_costs(POOL, fitness.match_costs(POOL, planes)))
@@ -241,12 +241,13 @@ def test_segments_are_those_of_the_plain_rule(scale, smallest):
 
 
 @given(st.integers(0, 10**6))
-def test_regions_list_each_pixel_once(seed):
-    regions = planes.listed(np.random.default_rng(seed).integers(0, 9, (17, 23), np.int32), 9)
-    np.testing.assert_array_equal(np.sort(regions.pixels), np.arange(17 * 23))
-    for region in range(9):
-        pixels = regions.pixels[regions.starts[region]:regions.starts[region + 1]]
-        assert (regions.labels.reshape(-1)[pixels] == region).all()
+def test_regions_list_each_pixel_once_and_tiles_are_squares(seed):
+    tiles = planes.tiles((17, 23), 6, Random((seed,)))
+    np.testing.assert_array_equal(np.sort(tiles.pixels), np.arange(17 * 23))
+    for region in range(tiles.number):
+        pixels = tiles.pixels[tiles.starts[region]:tiles.starts[region + 1]]
+        assert (tiles.labels.reshape(-1)[pixels] == region).all()
+        assert pixels.size and np.ptp(pixels // 23) < 6 and np.ptp(pixels % 23) < 6
 
 
 def rejected(dearer, trusted=(True,) * 5, least=0, labels=None):

@@ -27,13 +27,13 @@ def test_the_history_has_a_row_a_generation_and_crossovers_lose_nothing():
     for row in history:
         assert list(row.gains) == list(OPERATORS)
         assert 0 < row.best_fitness < 1 and row.mean_fitness <= row.best_fitness
-        assert all(gain >= 0 for gain in row.gains.values())
+        assert all(gain >= 0 for name, gain in row.gains.items() if name != 'trust')
 
 
 def test_generations_make_the_planes_fitter():
     matcher, pair = StereoMatcher(replace(CONFIG, generations=1)), scene()
     first = matcher.match(pair.left, pair.right).history[0]
-    assert sum(first.gains.values()) > 0.004
+    assert sum(gain for name, gain in first.gains.items() if name != 'trust') > 0.006
 
 
 def test_evolution_may_go_on_from_the_truth():
