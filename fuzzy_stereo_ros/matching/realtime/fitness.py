@@ -56,7 +56,7 @@ class CensusFitness:
 
         def sum_up(totals):
             total, number = totals.sum(axis=0)
-            fitness[0] = 1 - int(total) / (self.largest_cost * int(number))
+            fitness[0] = 1 - total / (self.largest_cost * number)
         pool.each(measure_band, bands)
         pool.each(sum_up, [totals])
         return fitness
