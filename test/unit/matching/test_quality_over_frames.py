@@ -11,6 +11,7 @@ from fuzzy_stereo_ros.matching.match import Camera, mirrored
 from fuzzy_stereo_ros.matching.over_frames import camera_motion
 from fuzzy_stereo_ros.matching.over_frames.inheritance import Inheritance
 from fuzzy_stereo_ros.matching.quality.matcher import LEAST_AGE, QualityState
+from fuzzy_stereo_ros.matching.quality.operators import OPERATORS
 from fuzzy_stereo_ros.matching.quality.seed import parent_of, ScanlineSeed
 from fuzzy_stereo_ros.synthetic.scenes import FOCAL, make_sequence
 from made_scenes import wrong
@@ -87,6 +88,8 @@ def test_a_still_scene_in_noise_gets_better_and_flickers_less():
                   for before, match in pairwise(maps[-4:])])) for maps in (warm, cold)))
     assert errors[0] < 0.8 * errors[1] and changed[0] < 0.6 * changed[1]
     assert warm[-1].generations == 1 and cold[-1].generations == CONFIG.generations
+    assert [*warm[-1].history[0].gains] == ['segments', 'trust']     # tiles would flicker
+    assert [*cold[-1].history[0].gains] == [*OPERATORS]
 
 
 @pytest.mark.parametrize('noisy, least, apart, square', [
