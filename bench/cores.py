@@ -54,7 +54,7 @@ class TimedPool(ThreadPool):
             work(item)
             times.append(1000 * (time.thread_time() - begun))
         super().each(timed, items)
-        self.joins.append([(one, max(needs(0, index), 0)) for index, one in enumerate(times)])
+        self.joins.append([(one, needs(0, index)) for index, one in enumerate(times)])
 
     def shares(self, needs):
         """Have a kernel called for each task."""

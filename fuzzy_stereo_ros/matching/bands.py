@@ -96,7 +96,7 @@ def beside(bands, reach=0):
 
     An item needs its own band of the stage before, and `reach` bands below it.
     """
-    return lambda before, index: before - max(len(bands) - index - 1 - reach, 0)
+    return lambda before, index: max(before - max(len(bands) - index - 1 - reach, 0), 0)
 
 
 def first_of(numbers):

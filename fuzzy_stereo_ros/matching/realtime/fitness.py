@@ -67,16 +67,14 @@ class CensusFitness:
 
         Returns the fitness that it gained.
         """
-        exchange, parts = self._exchange, 2 * pool.threads
+        exchange = self._exchange
         exchange.set_size(differing_cells(first, second, exchange.all_cells))
-        share = -(-exchange.cells.size // parts)
 
-        def change(index):
-            part = slice(share * index, share * (index + 1))
+        def change(part):
             gene_cost.exchange_changes(
                 *self._kernel_arguments(), *self._possibility.penalties, first, second,
-                exchange.changes(part))
-        pool.each(change, range(parts))
+                exchange.changes(slice(*part[1:])))
+        pool.each(change, pool.parts(exchange.cells.size))
         cost = crossover(exchange, random)
         if cost >= 0:
             exchange.taken[:] = False

@@ -132,7 +132,7 @@ class FrameEvolution:
 
         previous: its `Genes`, or None; history: the `TileHistory` of the picture
         """
-        self._pool, self._bands, self.fitness[:] = pool, pool.parts(self._shape[0]), 0
+        self._pool, self.fitness[:] = pool, 0
         down, right = (0, 0) if previous is None else map(int, previous.origin + history.shift)
         quiet = history.ages >= min((history.noise / QUIET)**2, OLDEST)
         self._quiet = (quiet & (history.strengths > 0)).astype(np.uint8)
@@ -260,6 +260,11 @@ class FrameEvolution:
                 grid.grid_costs(features, largest, self._target_range, self.carried.origin,
                                 self._selected, parent, *band[1:])
         pool.each(measure, self._bands, beside(self._bands))
+
+    @property
+    def _bands(self):
+        """The parts of the grid for the threads of the pool."""
+        return self._pool.parts(self._shape[0])
 
     @property
     def _parents(self):

@@ -10,6 +10,7 @@ that is not enough, the other one is sharpened.
 """
 from functools import partial
 
+from fuzzy_stereo_ros.matching.bands import MOST_PARTS
 from fuzzy_stereo_ros.matching.kernels.possibility import sharpness as kernels
 import numpy as np
 
@@ -29,13 +30,13 @@ class Smoothing:
     70 or less
     """
 
-    def __init__(self, rows, columns, most):
-        """Allocate for images of a size that are read in `most` bands of rows at most."""
+    def __init__(self, rows, columns):
+        """Allocate for images of a size."""
         self._apart = max(rows * columns // (BLOCKS * kernels.BLOCK**2), APART)
         # the first block of a picture, and of its mirror image: only one of the two can be of JPEG
         self._begins = 0, columns % kernels.BLOCK or kernels.BLOCK // 2
-        self._counts = np.zeros((most, len(self._begins), 3), np.int64)
-        self._steps = np.zeros((most, 2, 2), np.int64)
+        self._counts = np.zeros((MOST_PARTS, len(self._begins), 3), np.int64)
+        self._steps = np.zeros((MOST_PARTS, 2, 2), np.int64)
         self.compressed = self.coarse = False
 
     def measure(self, views, unit, band):

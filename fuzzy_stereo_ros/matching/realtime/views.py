@@ -5,7 +5,7 @@ Both images at full and at half size, with their features and the noise of the p
 
 Not in the paper, whose memberships have a fixed width.
 """
-from fuzzy_stereo_ros.matching.bands import MOST_PARTS, widened
+from fuzzy_stereo_ros.matching.bands import widened
 from fuzzy_stereo_ros.matching.beyond import MARGIN
 from fuzzy_stereo_ros.matching.kernels.scanlines.volume import blocks_of
 from fuzzy_stereo_ros.matching.kernels.simd import LANES
@@ -58,7 +58,7 @@ class Views:
         self._right = CensusPicture(rows, columns, True, 0) if extra else self.full.right
         self._estimate = noise(rows, columns)
         self.noise = 0.0
-        self._smoothing = Smoothing(rows, columns, MOST_PARTS)
+        self._smoothing = Smoothing(rows, columns)
 
     def read(self, pool, left, right):
         """
