@@ -33,10 +33,16 @@ export RMW_IMPLEMENTATION := rmw_fastrtps_cpp
 unexport PYTHONPATH LD_LIBRARY_PATH _ROS_WHEELS_BOOTSTRAP_COMPLETE
 endif
 
+# Without bytecode, the modules and the assertions of all tests are compiled in each process anew.
+unexport PYTHONDONTWRITEBYTECODE
+
 dependencies_installed := $(venv)/.dependencies-$(ros)
 package_installed := $(venv)/.package-$(ros)
 sphinx_installed := $(venv)/.sphinx-$(ros)
 tox_installed := $(venv)/.tox-$(ros)
+linted := $(venv)/.linted
+kernels_compiled := $(venv)/.kernels
+sources := $(shell find bench docs fuzzy_stereo_ros launch test -name '*.py') setup.py
 # Interpreters that pyenv has, each in a folder of its own.
 pyenv_pythons := $(wildcard $(or $(PYENV_ROOT),$(HOME)/.pyenv)/versions/*/bin)
 
@@ -73,11 +79,14 @@ help:
 demo: $(package_installed)
 	$(python) -m bench.demo $(DEMO_ARGS)
 
+test: lint $(kernels_compiled)
+	$(python) -m pytest -m 'not slow' $(parallel) $(PYTEST_ARGS)
+
 # Two processes that compile the same kernels take as long as one: they are compiled before.
-test: lint
+$(kernels_compiled): $(package_installed) $(filter fuzzy_stereo_ros/matching/%,$(sources))
 	for profile in realtime quality paper; do \
 		$(python) -m fuzzy_stereo_ros.commands.command_line warm-up --profile $$profile || exit; done
-	$(python) -m pytest -m 'not slow' $(parallel) $(PYTEST_ARGS)
+	touch $@
 
 # Files are taken in their order, in which the longest, of fuzz, are among the first ones.
 test-rest: $(package_installed) $(sphinx_installed)
@@ -104,10 +113,15 @@ docs: $(package_installed) $(sphinx_installed)
 	$(python) -m sphinx --fail-on-warning --keep-going --quiet -c docs . docs/_build
 	@echo 'made docs/_build/docs/index.html'
 
-lint: $(package_installed)
+lint: $(linted)
 	$(python) -m ruff check .
-	$(python) -m flake8 .
-	$(python) -m pydocstyle .
+
+# flake8 and pep257 take half a minute, and read only files that have changed since the last time.
+$(linted): to_read = $(if $(filter-out $(sources),$?),.,$?)
+$(linted): $(package_installed) setup.cfg $(sources)
+	$(python) -m flake8 $(to_read)
+	$(python) -m pydocstyle $(to_read)
+	touch $@
 
 clean:
 	rm -rf $(venv) .tox build dist docs/_build install log *.egg-info .hypothesis .pytest_cache .ruff_cache
