@@ -12,8 +12,8 @@ from fuzzy_stereo_ros.matching.compiling import warm_up
 from fuzzy_stereo_ros.matching.match import Camera, Match
 from fuzzy_stereo_ros.matching.over_frames.state import FrameState
 from fuzzy_stereo_ros.matching.row_alignment import Rows
-from fuzzy_stereo_ros.memory import give_back_memory
 from fuzzy_stereo_ros.pairs.stereo_pair import StereoPair
+from fuzzy_stereo_ros.program import give_back_memory
 import numpy as np
 
 PREPARING, READY, FAILED = 'being prepared', 'from the next pair on', 'cannot be prepared'

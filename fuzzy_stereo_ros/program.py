@@ -3,11 +3,14 @@
 """
 How each of our programs starts and ends: arguments, exit codes, errors in one sentence, signals.
 
+And how it returns freed memory to the system, where the C library is glibc.
+
 Exit codes: 0 done; 2 bad input, with one sentence on standard error; 130 interrupted by the user;
 141 broken pipe; 143 terminated. Others are the program's own.
 """
 import argparse
 from contextlib import contextmanager
+import ctypes
 import os
 import signal
 import sys
@@ -17,6 +20,7 @@ BAD_INPUT = 2
 INTERRUPTED = 130
 BROKEN_PIPE = 141   # as of a process that SIGPIPE ends
 TERMINATED = 143
+M_ARENA_MAX = -8        # of glibc's malloc.h
 
 
 def run_program(make_parser, argv=None):
@@ -157,3 +161,27 @@ def _sentence(error):
     if getattr(error, 'errno', None) is not None:
         text = error.strerror if error.filename is None else f'{error.filename}: {error.strerror}'
     return ''.join(sign if sign.isprintable() else ascii(sign)[1:-1] for sign in text)
+
+
+def use_one_arena():
+    """
+    Make all threads allocate from one arena; to be called before other threads start.
+
+    glibc gives each thread its own arena, and `malloc_trim` does not trim the top of any but the
+    first: each thread would keep up to 64 MB of free memory.
+    """
+    mallopt = getattr(ctypes.CDLL(None), 'mallopt', None)
+    if mallopt is not None:
+        mallopt(M_ARENA_MAX, 1)
+
+
+def give_back_memory():
+    """
+    Return freed memory to the system, which takes some ms.
+
+    glibc keeps freed memory that lies below memory in use: as every change of parameters makes a
+    new matcher, the process would grow to twice its size.
+    """
+    trim = getattr(ctypes.CDLL(None), 'malloc_trim', None)
+    if trim is not None:
+        trim(0)

@@ -20,9 +20,9 @@ from fuzzy_stereo_ros.commands.parts import for_json, UNTOUCHED
 from fuzzy_stereo_ros.evaluation.baselines import opencv_threads, TUNED
 from fuzzy_stereo_ros.evaluation.ground_truth import MIDDLEBURY
 from fuzzy_stereo_ros.matching import StereoMatcher
-from fuzzy_stereo_ros.memory import give_back_memory
 from fuzzy_stereo_ros.parameters.options import (
     add_matcher_options, add_options, matcher_config, option_values)
+from fuzzy_stereo_ros.program import give_back_memory
 from fuzzy_stereo_ros.progress import warm_matcher
 from fuzzy_stereo_ros.synthetic.scenes import make_sequence, SCENE_PARAMETERS
 import numpy as np

@@ -17,7 +17,6 @@ from fuzzy_stereo_ros.pairs.calibration import reach
 from fuzzy_stereo_ros.parameters.options import (
     add_camera_options, add_matcher_options, add_node_options, is_automatic, matcher_config,
     node_settings)
-from fuzzy_stereo_ros.replay.frames import opened_recording
 from fuzzy_stereo_ros.replay.loop import interruption, match_in_order, replay, Stats
 from fuzzy_stereo_ros.replay.options import (
     NO_BAG, OPTIONAL_RESULTS, READING, ReplayOptions, RESULTS, SEGMENT_PAIRS, SYNCHRONISING,
@@ -26,7 +25,7 @@ from fuzzy_stereo_ros.replay.report import (
     end_sentence, figures_of, no_pair_sentence, ProgressBar, sentences)
 from fuzzy_stereo_ros.replay.segments import match_in_segments, opened_cluster
 from fuzzy_stereo_ros.replay.sinks import Outputs
-from fuzzy_stereo_ros.replay.source import first_pairs, ReplaySource
+from fuzzy_stereo_ros.replay.source import first_pairs, opened_recording, ReplaySource
 from fuzzy_stereo_ros.views.video import CODECS
 
 SUFFIXES = 'npy', 'pfm', 'png'

@@ -17,9 +17,8 @@ from fuzzy_stereo_ros.pairs.pair_reader import SCALES
 from fuzzy_stereo_ros.pairs.stereo_pair import number_of, width_by_height
 from fuzzy_stereo_ros.parameters.options import add_camera_options, add_node_options, node_settings
 from fuzzy_stereo_ros.progress import warm_matcher
-from fuzzy_stereo_ros.replay.frames import opened_recording
 from fuzzy_stereo_ros.replay.options import READING, ReplayOptions, SYNCHRONISING
-from fuzzy_stereo_ros.replay.source import first_pairs, SECOND
+from fuzzy_stereo_ros.replay.source import first_pairs, opened_recording, SECOND
 import numpy as np
 
 DARK, BRIGHT = 8, 247       # of 255; beyond them a pixel says little

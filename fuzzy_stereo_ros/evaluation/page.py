@@ -9,7 +9,7 @@ from typing import NamedTuple
 import cv2
 from fuzzy_stereo_ros.evaluation.measuring import FILLED, RAW
 from fuzzy_stereo_ros.evaluation.scores import ERROR_LIMIT
-from fuzzy_stereo_ros.matching.colours import colour_disparity
+from fuzzy_stereo_ros.matching.match import colour_disparity
 from fuzzy_stereo_ros.pairs.image_files import in_eight_bits
 from jinja2 import Environment
 import numpy as np

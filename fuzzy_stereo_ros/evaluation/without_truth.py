@@ -16,7 +16,7 @@ from fuzzy_stereo_ros.evaluation.matchers import COLD, Task
 from fuzzy_stereo_ros.evaluation.page import data_uri
 from fuzzy_stereo_ros.evaluation.report import mean, Table
 from fuzzy_stereo_ros.evaluation.scores import flicker
-from fuzzy_stereo_ros.matching.colours import colour_disparity
+from fuzzy_stereo_ros.matching.match import colour_disparity
 from fuzzy_stereo_ros.pairs.image_files import in_eight_bits
 import numpy as np
 

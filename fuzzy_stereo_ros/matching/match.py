@@ -1,16 +1,16 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""The camera that took a pair, and the result of matching it."""
+"""The camera that took a pair, the result of matching it, and how it is shown in colours."""
 from dataclasses import dataclass
 from typing import NamedTuple
 
 import cv2
-from fuzzy_stereo_ros.matching.colours import colour_disparity
 from fuzzy_stereo_ros.matching.row_offsets import Misalignment
 import numpy as np
 
 MIRROR = np.diag((-1.0, 1.0, 1.0))
 BASELINE = np.array((1.0, 0.0, 0.0))    # from the left camera to the right one
+INVALID_GREY = 32       # of invalid pixels in pictures
 
 
 class Camera(NamedTuple):
@@ -113,3 +113,17 @@ class Match:
 def mirrored(image):
     """Return an image, (R, C) or (R, C, 3), mirrored left to right, contiguous."""
     return np.ascontiguousarray(image[:, ::-1])
+
+
+def colour_disparity(disparity, low, high):
+    """
+    Return disparities in the colour map Turbo, far blue and near red: uint8 (R, C, 3) BGR.
+
+    disparity: float (R, C), pixels, NaN or infinite = invalid, shown in dark grey.
+    low, high: pixels, the disparities at the two ends of the colour map; others are clipped.
+    """
+    span = max(high - low, 1e-6)
+    levels = cv2.convertScaleAbs(np.clip(disparity - low, 0, span), alpha=255 / span)
+    picture = cv2.applyColorMap(levels, cv2.COLORMAP_TURBO)
+    invalid = ~np.isfinite(disparity)
+    return cv2.copyTo(np.full_like(picture, INVALID_GREY), invalid.view(np.uint8), picture)

@@ -5,9 +5,9 @@ import gc
 import sys
 import traceback
 
-from fuzzy_stereo_ros.memory import give_back_memory
 from fuzzy_stereo_ros.node.disparity_node import DisparityNode
 from fuzzy_stereo_ros.node.run_node import POLL_PERIOD, REJECTIONS, run_node
+from fuzzy_stereo_ros.program import give_back_memory
 from rclpy.lifecycle import LifecycleNode, TransitionCallbackReturn
 
 RESULT = TransitionCallbackReturn

@@ -8,7 +8,7 @@ A message is any object with the fields of its ROS type: one of rclpy, or one wr
 from array import array
 
 import cv2
-from fuzzy_stereo_ros.matching.colours import colour_disparity
+from fuzzy_stereo_ros.matching.match import colour_disparity
 from fuzzy_stereo_ros.pairs.calibration import millimetres_of
 from fuzzy_stereo_ros.pairs.messages import fill_header, fill_pixels
 from fuzzy_stereo_ros.pairs.point_clouds import fill_points

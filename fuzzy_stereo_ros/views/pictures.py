@@ -5,7 +5,7 @@ import io
 from pathlib import Path
 
 import cv2
-from fuzzy_stereo_ros.matching.colours import INVALID_GREY
+from fuzzy_stereo_ros.matching.match import INVALID_GREY
 from fuzzy_stereo_ros.pairs.image_files import in_eight_bits, write_whole
 import numpy as np
 

@@ -8,7 +8,7 @@ import os
 from pathlib import Path
 
 import cv2
-from fuzzy_stereo_ros.matching.colours import colour_disparity, INVALID_GREY
+from fuzzy_stereo_ros.matching.match import colour_disparity, INVALID_GREY
 from fuzzy_stereo_ros.pairs.image_files import check_place, in_eight_bits
 import numpy as np
 

@@ -37,7 +37,7 @@ class Room:
 ROOMS = {
     'matching/kernels/simd': Room(('matching',), frozenset({'llvmlite', 'numba', 'numpy'})),
     'matching': Room((), frozenset({'cv2', 'numba', 'numpy'})),
-    'pairs': Room(('matching/colours',), libraries_inside_functions=frozenset({'yaml'})),
+    'pairs': Room(('matching/match',), libraries_inside_functions=frozenset({'yaml'})),
     'bags': Room(('pairs',), libraries_inside_functions=frozenset({'rosbags', 'yaml'})),
     'evaluation': Room(('matching', 'pairs'), frozenset({'cv2', 'jinja2', 'numpy', 'pandas'}),
                        frozenset({'skimage'})),

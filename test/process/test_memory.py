@@ -6,13 +6,13 @@ from queue import SimpleQueue
 import subprocess
 import sys
 
-from fuzzy_stereo_ros import memory, pair_matcher
+from fuzzy_stereo_ros import pair_matcher, program
 from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
 from fuzzy_stereo_ros.matching.matcher import ALGORITHMS
 from fuzzy_stereo_ros.matching.realtime.matcher import RealtimeMatcher
-from fuzzy_stereo_ros.memory import give_back_memory, use_one_arena
 from fuzzy_stereo_ros.pairs.camera_files import centred_calibration
 from fuzzy_stereo_ros.pairs.stereo_pair import StereoPair
+from fuzzy_stereo_ros.program import give_back_memory, use_one_arena
 from made_scenes import shifted_pair
 from node_process import ROOT, START
 from numba._dispatcher import compute_fingerprint
@@ -21,9 +21,9 @@ import pytest
 
 MEASURING = """
 import fuzzy_stereo_ros.node
-from fuzzy_stereo_ros.memory import give_back_memory
-import threading
+from fuzzy_stereo_ros.program import give_back_memory
 import psutil
+import threading
 
 def own_megabytes():
     memory = psutil.Process().memory_info()
@@ -100,7 +100,7 @@ def test_what_another_thread_has_freed_goes_back_to_the_system_and_though_it_is_
 
 
 def test_without_such_a_call_nothing_happens(monkeypatch):
-    monkeypatch.setattr(memory.ctypes, 'CDLL', lambda name: object())
+    monkeypatch.setattr(program.ctypes, 'CDLL', lambda name: object())
     assert give_back_memory() is None
     assert use_one_arena() is None
 

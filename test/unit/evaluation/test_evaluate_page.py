@@ -12,7 +12,7 @@ from fuzzy_stereo_ros.evaluation.ground_truth import GroundTruthPair
 from fuzzy_stereo_ros.evaluation.page import (
     colour_error, data_uri, Gallery, NO_DISPARITY, UNKNOWN_GREY, WIDTH)
 from fuzzy_stereo_ros.evaluation.scores import ERROR_LIMIT
-from fuzzy_stereo_ros.matching.colours import colour_disparity, INVALID_GREY
+from fuzzy_stereo_ros.matching.match import colour_disparity, INVALID_GREY
 from fuzzy_stereo_ros.pairs.disparity_files import write_disparity
 import numpy as np
 import pytest

@@ -3,7 +3,7 @@
 """What a Match says of itself in Python, and its metres by a camera that knows them."""
 import cv2
 from fuzzy_stereo_ros.matching import Match
-from fuzzy_stereo_ros.matching.colours import colour_disparity
+from fuzzy_stereo_ros.matching.match import colour_disparity
 from fuzzy_stereo_ros.pairs.stereo_pair import Calibration, Projection
 import numpy as np
 import pytest

@@ -7,7 +7,7 @@ from typing import NamedTuple
 from bench.datasets import CALIBRATION, KITTI_DRIVE, read_camera
 import cv2
 from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
-from fuzzy_stereo_ros.matching.colours import colour_disparity
+from fuzzy_stereo_ros.matching.match import colour_disparity
 from fuzzy_stereo_ros.pairs.disparity_files import read_disparity
 from fuzzy_stereo_ros.pairs.messages import read_image, stamp_of
 from fuzzy_stereo_ros.pairs.pair_reader import PairReader

@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Colours of disparities: far is blue, near is red, invalid is grey."""
-from fuzzy_stereo_ros.matching.colours import colour_disparity, INVALID_GREY
+from fuzzy_stereo_ros.matching.match import colour_disparity, INVALID_GREY
 import numpy as np
 
 

@@ -6,7 +6,7 @@ import subprocess
 import sys
 
 import cv2
-from fuzzy_stereo_ros.matching.colours import colour_disparity
+from fuzzy_stereo_ros.matching.match import colour_disparity
 from fuzzy_stereo_ros.pairs.image_files import in_eight_bits
 from fuzzy_stereo_ros.views import video
 from fuzzy_stereo_ros.views.video import (
@@ -141,9 +141,9 @@ def test_a_missing_encoder_is_one_sentence_with_the_remedy(tmp_path, monkeypatch
 
 
 FULL_DISK = """
-import resource, sys
-import numpy as np
 from fuzzy_stereo_ros.views.video import VideoFile
+import numpy as np
+import resource, sys
 resource.setrlimit(resource.RLIMIT_FSIZE, (100_000, 100_000))
 random, file = np.random.default_rng(0), VideoFile(sys.argv[1], 10)
 for _ in range(20):
