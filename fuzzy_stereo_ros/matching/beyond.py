@@ -9,6 +9,7 @@ searched, and pixels that take one of them are rejected. The profile `paper` sea
 alone, as the paper does.
 """
 from dataclasses import replace
+from functools import lru_cache
 
 from fuzzy_stereo_ros.matching.kernels.refinement.consistency import reject_nearer
 import numpy as np
@@ -20,6 +21,7 @@ FURTHER = 4 / 3     # factor of the range that is proposed where the margin is t
 ROUND = 16          # proposed ranges are multiples of it, as OpenCV needs them
 
 
+@lru_cache(16)
 def searched(config, columns):
     """Return the MatcherConfig for the search of images of a number of columns, with filling."""
     fill = config.fill or config.fill_holes > 0

@@ -66,9 +66,10 @@ class Budget:
 
     def reserving(self, milliseconds):
         """Return this budget with a deadline that is earlier by what later stages take."""
+        if self._deadline_ns is None:
+            return self
         rest = copy(self)
-        if self._deadline_ns is not None:
-            rest._deadline_ns -= int(milliseconds * 1e6)
+        rest._deadline_ns -= int(milliseconds * 1e6)
         return rest
 
     def limited_to(self, milliseconds):

@@ -115,12 +115,13 @@ class StereoMatcher:
     def _watched(self, rows, left, right, match):
         """Return a Match with the Misalignment of its rows, and nothing from beyond the image."""
         index, nearest = self._alignment.nearest_seen(rows, left.shape[:2])
-        hidden = nearest != np.arange(len(left))[index, None]
-        match.confidence[index] = np.where(hidden, np.float32(0), match.confidence[index])
-        match.disparity[index] = (
-            match.disparity[nearest, np.arange(left.shape[1])]
-            if self.config.fill or self.config.fill_holes
-            else np.where(hidden, np.float32(np.nan), match.disparity[index]))
+        if len(nearest):
+            hidden = nearest != np.arange(len(left))[index, None]
+            match.confidence[index] = np.where(hidden, np.float32(0), match.confidence[index])
+            match.disparity[index] = (
+                match.disparity[nearest, np.arange(left.shape[1])]
+                if self.config.fill or self.config.fill_holes
+                else np.where(hidden, np.float32(np.nan), match.disparity[index]))
         started = time.perf_counter_ns()
         self.rows = rows if match.reused else self._alignment.watch(rows, left, right, match)
         match.times['rows'] += (time.perf_counter_ns() - started) / 1e6

@@ -80,7 +80,8 @@ class RowAlignment:
     def __init__(self, config):
         """config: a MatcherConfig; its range and `align_rows` count."""
         self._lowest, self._disparities = config.min_disparity, config.disparities
-        self._undoes, self._moved, self._fitted = config.align_rows, None, (None, None)
+        self._undoes, self._moved = config.align_rows, None
+        self._fitted, self._seen = (None, None), (None, None, None)
 
     def align(self, pool, rows, left, right, camera):
         """
@@ -179,13 +180,18 @@ class RowAlignment:
         rows: of `align`; shape: rows and columns of the image. Returns an index of n rows, and the
         nearest row that the right image has of each of their pixels, int64 (n, C)
         """
-        height, width = shape
+        if rows.undone is not self._seen[0] or shape != self._seen[1]:
+            self._seen = rows.undone, shape, self._nearest_seen(rows, *shape)
+        return self._seen[2]
+
+    @staticmethod
+    def _nearest_seen(rows, height, width):
         reach = int(np.abs(PLACES @ rows.undone).max())
         if not reach:
             return slice(0, 0), np.zeros((0, width), int)
         index = np.unique(np.r_[:min(reach, height), max(height - reach, 0):height])
         column, row = np.meshgrid(np.arange(width, dtype=float), index.astype(float))
-        read = row + (terms_at(column.ravel(), row.ravel(), *shape) @ rows.undone).reshape(
+        read = row + (terms_at(column.ravel(), row.ravel(), height, width) @ rows.undone).reshape(
             row.shape)
         first = np.count_nonzero(read < -HIDDEN, axis=0)
         last = height - 1 - np.count_nonzero(read > height - 1 + HIDDEN, axis=0)

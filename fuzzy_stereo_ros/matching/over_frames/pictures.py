@@ -69,9 +69,15 @@ def luminance_shift(left, right):
     colour = 2 if left.ndim == 3 else 0
     deep = left.dtype != np.uint8
     images = (left, right) if deep else (left[::SAMPLED], right[::SAMPLED])
+
+    def few_use(bits):
+        # Most pictures have more than few in some rows already.
+        return all(np.count_nonzero(rows >= 1 << (bits - 1)) <= BRIGHTER * image.size
+                   for image in images for rows in (image[::SAMPLED], image))
+    if not deep and not few_use(DARK + 1):      # most pictures: nothing else is counted
+        return 16 - colour - 8
     bits = max(*(int(image.max()) for image in images), 1).bit_length()
-    while bits > 1 and all(np.count_nonzero(image >= 1 << (bits - 1)) <= BRIGHTER * image.size
-                           for image in images):
+    while bits > 1 and few_use(bits):
         bits -= 1
     return 16 - colour - (bits if deep or bits <= DARK else 8)
 

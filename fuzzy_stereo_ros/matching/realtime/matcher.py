@@ -118,6 +118,7 @@ class RealtimeMatcher:
         watch.lap('pictures')
         if config.warm_start:
             warm.follow(pool, previous, camera, views)
+        if previous is not None:
             views.noise *= warm.noise_left
         if warm.motion:
             watch.lap('camera_motion')

@@ -8,6 +8,7 @@ plain walls, whose matches are ambiguous: a region of similar grey takes the pla
 of its consistent matches, as the segments of `quality` do (Bleyer and Gelautz, 2005). Crossover
 with the mutant takes the regions that are fitter.
 """
+from bisect import bisect_left
 from itertools import pairwise
 
 from fuzzy_stereo_ros.matching.arrays import zeros
@@ -127,9 +128,13 @@ class WeakRegions:
         """
         def gather(validity):
             regions, number = self._regions.grown
+            starts = self._starts[:number + 1]
             segments.gather_points(
                 regions, POINTS, chosen.labels, chosen.offsets, validity, self._tally[:number],
-                self._starts[:number + 1], self._points)
+                starts, self._points)
+            points = int(starts[-1])
+            self._parts = [*pairwise((*(
+                bisect_left(starts, points * part / PARTS) for part in range(PARTS)), number))]
         pool.each(gather, [validity], needs)
 
     def mutant(self, pool, disparities, target_range, parent, random):
@@ -140,7 +145,7 @@ class WeakRegions:
         """
         regions, number = self._regions.grown
         planes, mutant, starts = self._planes[:number], self._mutant, self._starts[:number + 1]
-        edges = np.searchsorted(starts, starts[-1] * np.arange(PARTS) / PARTS).tolist()
+        key = random.key
 
         def write(band):
             _, first, last = band
@@ -149,8 +154,8 @@ class WeakRegions:
                 regions, planes, disparities, target_range, mutant, first // 2, last // 2)
         chain = Chain(pool)
         chain.each(lambda part: segments.fit_planes(
-            self._points, starts, (ROUNDS, AGREEMENT, ENOUGH, random.key), SHARE, planes, *part),
-            list(pairwise([*edges, number])))
+            self._points, starts, (ROUNDS, AGREEMENT, ENOUGH, key), SHARE, planes, *part),
+            self._parts)
         chain.each(write, pool.parts(len(parent), 2))
         chain.run()
         return mutant

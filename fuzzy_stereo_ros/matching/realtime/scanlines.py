@@ -7,6 +7,7 @@ Not in the paper, whose random population does not converge in the time of a fra
 passes (Hirschmueller, 2008) take its place, a memetic step on all rows and columns.
 """
 from functools import cached_property
+from operator import is_
 
 from fuzzy_stereo_ros.matching.arrays import zeros
 from fuzzy_stereo_ros.matching.kernels.addresses import address_of
@@ -95,7 +96,7 @@ class Scanlines:
                          'row_words': columns + LANES}
         self._shared, self._shared_memory = _placed(
             {'costs': kept * strip, 'sums': kept * strip, 'down': row})
-        self._free, self._memory = [], []
+        self._free, self._memory, self._made_of = [], [], (None, None, None)
         self.windows = Windows(*(zeros(tiles, np.int64) for _ in range(3)),
                                zeros(tiles[0], np.int64))
         self.windows.blocks[:] = self.most_blocks
@@ -117,9 +118,11 @@ class Scanlines:
         pool: a ThreadPool, or a Chain, which completes the result. Priors: None for none.
         """
         place_windows(tuple(self.windows), self.chosen.labels.shape[1], self.tile, PAGE, SHIFT)
-        # Kept alive: the kernels have only their addresses.
-        self._priors = half_prior or self.no_prior, previous_prior or self.no_prior
-        self._search = tuple(self.search_by(*self._priors))
+        # Priors are kept alive: the kernels have only their addresses.
+        priors = half_prior or self.no_prior, previous_prior or self.no_prior
+        made_of = *priors, self.possibility.model
+        if not all(map(is_, made_of, self._made_of)):
+            self._made_of, self._search = made_of, tuple(self.search_by(*priors))
         self._reserve(pool.threads)
         self._taken[0] = 0
         self._done[:] = 0

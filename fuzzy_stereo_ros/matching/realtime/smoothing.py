@@ -9,6 +9,7 @@ census of the other view compares details that this one lacks: the sharper view 
 that is not enough, the other one is sharpened.
 """
 from functools import partial
+from math import sqrt
 
 from fuzzy_stereo_ros.matching.bands import MOST_PARTS
 from fuzzy_stereo_ros.matching.kernels.possibility import sharpness as kernels
@@ -58,13 +59,14 @@ class Smoothing:
     def smooth(self, pool, views, bands):
         """Smooth the views that need it, once all bands are measured."""
         (small_from, small_to), (large_from, large_to) = kernels.SMALL, kernels.LARGE
-        small, large, middle = self._counts[:len(bands)].sum(axis=0).T
+        small, large, middle = self._counts[:len(bands)].sum(axis=0).T.tolist()
         # Number expected if all sizes are equally frequent: any other picture has more. After
         # coarse quantisation few are large either: then half of those of the other grid of blocks.
-        expected = np.maximum(large * (small_to - small_from) / (large_to - large_from),
-                              FEW * small[::-1])
+        expected = [max(number * (small_to - small_from) / (large_to - large_from), FEW * other)
+                    for number, other in zip(large, small[::-1])]
         self.compressed = _too_few(small, expected)
-        self.coarse = self.compressed and _too_few(middle, FEW * middle[::-1])
+        self.coarse = self.compressed and _too_few(
+            middle, [FEW * other for other in middle[::-1]])
         steps, smoothed = self._steps[:len(bands)].sum(axis=0).tolist(), []
         for view, (near, far), (other_near, other_far) in zip(views, steps, steps[::-1]):
             sharpness, other = near * other_far, other_near * far
@@ -80,4 +82,4 @@ class Smoothing:
 
 def _too_few(counts, expected):
     """Return whether the counts of a grid of blocks are surely below those expected."""
-    return bool(np.any(expected - counts > SURE * np.sqrt(expected)))
+    return any(wanted - count > SURE * sqrt(wanted) for count, wanted in zip(counts, expected))

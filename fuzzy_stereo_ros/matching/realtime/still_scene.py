@@ -53,7 +53,8 @@ def new_result(previous, views, match):
 
     previous, views: as above; in a first frame all tiles count as changed
     """
-    still = 0 if _moves(views, match.disparity.shape) else previous.own.result.still + 1
+    moves = previous is None or _moves(views, match.disparity.shape)
+    still = 0 if moves else previous.own.result.still + 1
     side = slice(None if still >= SETTLED else 0)
     return StillResult(
         still, 0, match.disparity[side, side].copy(), match.confidence[side, side].copy())

@@ -109,7 +109,7 @@ class WarmStart:
         self._trusted, self._smooth = (zeros(half, np.uint8) for _ in range(2))
         nothing = zeros((rows, columns), self._half_labels.dtype)
         self._moved = zeros(nothing.shape, nothing.dtype), zeros((rows, columns), np.uint8)
-        self._weights = zeros((rows, columns), np.uint8)
+        self._weights, self._weighted = zeros((rows, columns), np.uint8), False
         self._margin_of_prior = np.array(
             [0, *(SELF_MADE * cut for cut in CUTS),
              *(MOVED_SELF_MADE * cut for cut in MOVED_CUTS)], np.uint8)
@@ -167,20 +167,21 @@ class WarmStart:
         half: the `HalfSizeResult` of this frame, which shows where the previous best is outdated
         """
         if state is None:
-            self._weights[:] = 0
+            self._clear_weights()
             return None
         labels = self._labels_in_place(pool, state, half)
         moved = self._moved_prior.write(
             pool, state, half, self._left.census,
             self._prior.labels if labels is None else labels, self._weights, len(CUTS))
         labels = labels if moved is None else moved
+        self._weighted = labels is not None
         return None if labels is None else self._prior._replace(labels=labels)
 
     def _labels_in_place(self, pool, state, half):
         """Return a state's labels and write their weights; None where no tile is in place."""
         left, bands = self._averaging.tiles[0], self._averaging.parts(pool)
         if self._averaging.noise < QUIET or not self._strengths.any():
-            self._weights[:] = 0
+            self._clear_weights()
             return None
         labels, validity, shift = state.own.labels, state.own.validity, self._averaging.shift
         if any(shift):
@@ -201,6 +202,10 @@ class WarmStart:
                 self._trusted, self._smooth, self._strengths, self._weights, *band[1:])
         pool.each(weigh, bands)
         return labels
+
+    def _clear_weights(self):
+        if self._weighted:
+            self._weights[:], self._weighted = 0, False
 
     @property
     def prior_margins(self):
