@@ -81,21 +81,24 @@ def work(words):
             assert place.is_dir() or place.stat().st_size > 1000 or place.suffix == '.csv', words
 
 
-@pytest.mark.parametrize('name', [
-    pytest.param(name, marks=[pytest.mark.slow] * (name in ('benchmark', 'evaluate', 'evolve')))
-    for name in sorted({words[1] for page, words in ALL if page in GUIDES
-                        and words[0] == 'fuzzy-stereo'})])
-def test_the_examples_of_a_command_work_as_they_are_written(name, tmp_path, monkeypatch):
+@pytest.mark.parametrize('name, workers', [
+    *(pytest.param(name, False, marks=[pytest.mark.slow] * (
+        name in ('benchmark', 'evaluate', 'evolve')))
+      for name in sorted({words[1] for page, words in ALL if page in GUIDES
+                          and words[0] == 'fuzzy-stereo'})),
+    pytest.param('replay', True, marks=[pytest.mark.slow])])
+def test_the_examples_of_a_command_work_as_they_are_written(name, workers, tmp_path, monkeypatch):
+    if workers:
+        pytest.importorskip('distributed', reason='the extra cluster is not installed')
     fill(tmp_path)
     monkeypatch.chdir(tmp_path)
     short = {'synthesise': ['--columns', '70', '--rows', '20', '--frames', '1'],
              'benchmark': ['--columns', '96', '--rows', '48', '--repeats', '1']}.get(name, [])
     for page in GUIDES:
         for words in commands(page, f'fuzzy-stereo {name}'):
-            if page == 'README.md' and name == 'replay' or '--workers' in words and find_spec(
-                    'distributed') is None:
-                continue        # the same stands in docs/bags.md
-            work([*words, *short])
+            if workers == ('--workers' in words) and not (
+                    page == 'README.md' and name == 'replay'):      # the same as in docs/bags.md
+                work([*words, *short])
 
 
 @pytest.mark.slow

@@ -65,7 +65,7 @@ def smoothness(chromosome, penalties):
     return twins.jump_costs(chromosome, *(number // SMOOTHNESS for number in penalties))
 
 
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=80, deadline=None)
 @given(sizes, sizes, st.sampled_from([2, 3, 12, 40, 300]), st.sampled_from([0, 3, 6, 9]),
        st.integers(0, 9), st.integers(0, 10**6))
 def test_an_exchange_has_the_change_of_cost_from_the_first_parent_to_the_child(

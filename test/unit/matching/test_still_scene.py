@@ -187,5 +187,5 @@ def test_results_of_the_right_image_are_kept_the_right_way_round():
 def test_no_frame_of_a_camera_that_drives_is_kept():
     matcher = StereoMatcher(replace(CONFIG, still_interval=1000))
     matches = [matcher.match(left, right) for left, right, *_ in
-               make_sequence(96, 160, 32, frames=SETTLED + 3, noise=NOISE, drive=0.5)]
+               make_sequence(64, 96, 24, frames=SETTLED + 3, noise=NOISE, drive=0.5)]
     assert not any(match.reused for match in matches)

@@ -10,7 +10,7 @@ from fuzzy_stereo_ros.pairs.stereo_pair import Calibration, Projection
 from hypothesis import given, HealthCheck, settings, strategies as st
 import pytest
 
-same_folder = settings(deadline=None,
+same_folder = settings(deadline=None, max_examples=40,
                        suppress_health_check=[HealthCheck.function_scoped_fixture])
 numbers = st.floats(-1e4, 1e4)
 calibrations = st.builds(
