@@ -9,7 +9,7 @@ from functools import partial
 from typing import NamedTuple
 
 from bench.conditions import under_condition
-from bench.datasets import window
+from bench.datasets import NOISES, window
 from bench.page import BLUE, column, figure_of, GREY, LIGHT_BLUE, ORANGE, titled
 from bench.request import figures_of_sequence, halved, means, report_of
 from bench.scoring import bad_percent, REFERENCE, ScoredSequence
@@ -32,7 +32,8 @@ CLASSIC = 'middv2'
 SHOWN = ('midd2006_third/Midd1', 'midd2006_third/Flowerpots', 'midd2006_third/Rocks1',
          'midd2006_third/Wood1',
          'kitti/kitti2012_color/000000')
-NOISY = 'window, noise'     # sequences on which the previous best is taken away
+# kinds of sequences on which the previous best is taken away
+NOISY = [f'window, noise {noise}' for noise in NOISES if noise]
 STILL = 'still, noise 1.5'  # sequences on which each part is taken away; their last frame counts
 # {profile that takes seconds: (the profile that matches STILL, number of its frames, scenes)}
 LIVED = {'quality': ('quality', 8, ('middv2/tsukuba', 'middv2/teddy', *SHOWN[:2])),
@@ -46,12 +47,16 @@ ROOM = 2.4          # longest bar as a multiple of the first one; longer ones ar
 
 
 class Evolution(NamedTuple):
-    """A scene for the ablation of a profile that takes seconds, seen for so many frames."""
+    """
+    A scene for the ablation of a profile that takes seconds, seen for so many frames.
+
+    condition: one of bench.conditions, '' = as it is
+    """
 
     profile: str
     scene: Scene
     frames: int = 1
-    on: str = SINGLE
+    condition: str = ''
 
 
 def run(request):
@@ -73,7 +78,7 @@ def run(request):
         of_parts(trials, harder, moving).assign(profile='realtime'),
         evolved, lived]))]
     found += [evolution_table(*which, rows)
-              for which, rows in evolved.groupby(['profile', 'on'], sort=False)]
+              for which, rows in evolved.groupby(['profile', 'condition'], sort=False)]
     found += scene_tables(trials) + (sequence_tables(moving) if len(moving) else [])
     return report_of('ablation', 'Ablation', {
         'as it is': f'{request.ours.description}, filled; on single scenes cold',
@@ -136,12 +141,17 @@ def on_harder_pictures(request, scene, known):
     chosen = [one for one in REALTIME if one.still and (one.part or one == DEFAULT)]
     blocks = under_condition(known, COMPRESSED)
     found = []
-    for on, images in ((f'{SINGLE}, grey', (grey(known.left), grey(known.right))),
-                       (f'{SINGLE}, {COMPRESSED}', (blocks.left, blocks.right))):
-        found += [{'scene': scene.path, 'on': on, 'name': name, 'error': bad_percent(
+    for what, images in (('grey', (grey(known.left), grey(known.right))),
+                         (COMPRESSED, (blocks.left, blocks.right))):
+        found += [{'scene': scene.path, 'on': on_single(what), 'name': name, 'error': bad_percent(
             matcher.match(*images).disparity, known, scene.limit)}
             for name, matcher in _matchers(request, scene, chosen).items()]
     return found
+
+
+def on_single(condition):
+    """Return what is measured on: single pairs, under a condition if there is one."""
+    return ', '.join(filter(None, (SINGLE, condition)))
 
 
 def on_sequence(sequence, request):
@@ -176,28 +186,33 @@ def evolutions(scenes, quick):
     """
     Return the `Evolution`s: `quality` on classic and SHOWN scenes, `paper` on classic ones.
 
-    `quality` also with noise, where more depends on what judges a proposal.
+    `quality` also with noise, where more depends on what judges a proposal; then on all of KITTI.
     """
     classic = [scene for scene in scenes if scene.group == CLASSIC]
     shown = [scene for scene in scenes if scene.group == CLASSIC or scene.path in SHOWN]
+    noised = [scene for scene in scenes if scene in shown or scene.group == 'kitti']
     if quick or not shown:
-        shown = classic = scenes[:1]
-    return [*(Evolution('quality', scene, on=on) for on in (SINGLE, f'{SINGLE}, {NOISED}')
-              for scene in shown),
+        noised = shown = classic = scenes[:1]
+    return [*(Evolution('quality', scene) for scene in shown),
+            *(Evolution('quality', scene, condition=NOISED) for scene in noised),
             *(Evolution('paper', scene) for scene in classic)]
 
 
 def evolve(one):
-    """Return a dict for each variant: profile, scene, on, name, error, fitness, milliseconds."""
+    """
+    Return a dict for each variant.
+
+    profile, scene, condition, on, name, error, fitness, milliseconds
+    """
     found, scene, pair = [], one.scene, one.scene.read()
-    pair = pair if one.on == SINGLE else under_condition(pair, NOISED)
+    pair = under_condition(pair, one.condition) if one.condition else pair
     for variant in (variant for variant in PROFILES[one.profile] if variant.still):
         matcher = variant.matcher(one.profile, scene.disparities)
         matcher.warm_up(*pair.left.shape[:2])
         match = matcher.match(pair.left, pair.right)
         population = matcher.algorithm.population
-        found.append({'profile': one.profile, 'scene': scene.path, 'on': one.on,
-                      'name': variant.name,
+        found.append({'profile': one.profile, 'scene': scene.path, 'name': variant.name,
+                      'condition': one.condition, 'on': on_single(one.condition),
                       'error': bad_percent(match.disparity, pair, scene.limit),
                       'fitness': float(population.fitness[population.best]),
                       'milliseconds': match.times['total']})
@@ -234,7 +249,7 @@ def of_parts(trials, harder, moving):
     parts = [trials.assign(on=SINGLE), harder]
     if len(moving):
         chosen = [one.name for one in REALTIME if one.part == 'previous best' or one == DEFAULT]
-        parts += [moving[moving.kind.str.startswith(NOISY) & moving.name.isin(chosen)].assign(
+        parts += [moving[moving.kind.isin(NOISY) & moving.name.isin(chosen)].assign(
             on='windows with noise'), moving[moving.kind == STILL].assign(on=STILL)]
     return pd.concat(parts)
 
@@ -268,8 +283,8 @@ def balance_table(found):
         'error without it [%]', 'earns [%]'), rows)
 
 
-def evolution_table(profile, on, found):
-    """Return the table of errors, times and fitness; on, found: what and DataFrame of `evolve`."""
+def evolution_table(profile, condition, found):
+    """Return the table of errors, times and fitness; found: DataFrame of `evolve`."""
     table = found.pivot(index='name', columns='scene', values='error').loc[
         found.name.unique(), found.scene.unique()].rename(
             columns=lambda path: path.partition('/')[2])
@@ -279,7 +294,7 @@ def evolution_table(profile, on, found):
     table['seconds'] = means.milliseconds / 1000
     table['fitness of its best'] = means.fitness.map('{:.4f}'.format)
     return Table.of(
-        f'{profile}{on.removeprefix(SINGLE)}: error in percent', table,
+        f"{', '.join(filter(None, (profile, condition)))}: error in percent", table,
         'Fitness compares only where the fitness itself is that of the profile as it is.')
 
 

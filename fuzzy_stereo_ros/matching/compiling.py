@@ -4,8 +4,8 @@
 Compile the kernels that a matcher needs, in as many processes as there are cores.
 
 A process of its own makes a dry run of the warm-up, in which kernels are not compiled but note
-the types that they are called with. In some rounds they write random numbers into the arrays that
-they get, so that the matcher takes all of its branches. Then it forks, and all of its copies
+the types that they are called with. In a second round they write random numbers into the arrays
+that they get, so that the matcher takes all of its branches. Then it forks, and all of its copies
 compile. A kernel that the dry run misses is compiled by the warm-up itself.
 """
 from contextlib import suppress
@@ -27,8 +27,7 @@ from fuzzy_stereo_ros.matching.kernels import compiled
 from fuzzy_stereo_ros.matching.matcher import warm_up_camera, warm_up_pairs
 import numpy as np
 
-# of a dry run: the seed of what kernels write, None for nothing; whether a camera is followed
-ROUNDS = (None, True), (0, True), (1, False)
+ROUNDS = None, 1        # of a dry run: the seed of what kernels write, None for nothing
 # level of LLVM, unless the user sets it: kernels are as fast as at 3, and compiled sooner
 OPTIMISATION = {'NUMBA_OPT': '2'}
 START = ('import json, sys; sys.path[:], config = json.loads(sys.argv[1]); '
@@ -108,7 +107,7 @@ def serve(config):
 def record_calls(config):
     """Return the calls of a warm-up: {(kernel, types of its arguments)}."""
     noted, config = {}, replace(config, threads=1)
-    for seed, follows in ROUNDS:
+    for seed in ROUNDS:
         random = None if seed is None else np.random.default_rng(seed)
         for kernel in compiled.kernels:
             kernel.compile = partial(_note, noted, kernel, random)
@@ -116,7 +115,7 @@ def record_calls(config):
             warnings.simplefilter('ignore')
             for matcher, left, right in warm_up_pairs(config):
                 with suppress(Exception):       # random numbers may break what follows
-                    matcher.match(left, right, camera=warm_up_camera(left) if follows else None)
+                    matcher.match(left, right, camera=warm_up_camera(left))
     for kernel in compiled.kernels:
         del kernel.compile
     return list(noted)

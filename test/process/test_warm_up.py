@@ -58,7 +58,8 @@ MISSED = {'realtime': set(), 'quality': {'origins_of_tiles'},
 @pytest.mark.parametrize('profile', MISSED)
 def test_no_kernel_is_left_to_the_frames_of_a_camera_that_moves(profile):
     found = {}
-    for how in ('dry run', 'warm-up', 'cold'):
+    # First all is compiled and kept: a kernel that is compiled later also shows those it calls.
+    for how in ('warm-up', 'dry run', 'cold'):
         done = subprocess.run([sys.executable, '-c', MATCH, profile, how], cwd=ROOT, text=True,
                               capture_output=True, check=True)
         found[how] = done.stdout.split()

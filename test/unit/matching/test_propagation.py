@@ -5,7 +5,7 @@ from bench.scoring import bad_percent, ScoredPair
 from census_scene import random_map, seen, small_pair, twin_costs
 import cv2
 from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
-from fuzzy_stereo_ros.matching.bands import ThreadPool
+from fuzzy_stereo_ros.matching.bands import cut_bands, ThreadPool
 from fuzzy_stereo_ros.matching.kernels.scanlines import propagation as kernels
 from fuzzy_stereo_ros.matching.realtime.half_size import TILE
 from fuzzy_stereo_ros.matching.realtime.possibility import FULL_SIZE
@@ -39,7 +39,8 @@ def check(shape, disparities, parents_of=4, min_disparity=0, seed=0, threads=1):
         parents, parent.weights, disparities, kernels.CUT, kernels.OWN, kernels.WEAK)
     expected = twins.propagated(
         np.minimum(totals, 255), parents, 2 * (half_disparities(disparities) - 1),
-        [band[1:] for band in propagation._bands], (kernels.ROWS, kernels.COLUMNS), kernels.GROW)
+        [band[1:] for band in cut_bands(shape[0], TILE)], (kernels.ROWS, kernels.COLUMNS),
+        kernels.GROW)
     for name, values in zip(('labels', 'offsets', 'sums', 'margins'), expected):
         np.testing.assert_array_equal(getattr(chosen, name), values, name)
     np.testing.assert_array_equal(chosen.target, reference_census.chosen_by_target(
