@@ -21,13 +21,17 @@ SAMPLE_STEP = 16     # row step where a sample is enough
 class CensusFitness:
     """Measures and crosses chromosomes of one image size; a cell costs at most `largest_cost`."""
 
-    def __init__(self, possibility, validity, target):
-        """Read from a `CensusPossibility`, the validity of pixels and the target's labels."""
+    def __init__(self, possibility, validity, target, allocate=zeros):
+        """
+        Read from a `CensusPossibility`, the validity of pixels and the target's labels.
+
+        allocate: of the `Exchange`
+        """
         rows, columns = validity.shape
         self._possibility = possibility     # keeps the memory of its addresses alive
         self._scene = gene_cost.Scene(validity, target, (0, columns - 1), HIDDEN, CONTRADICTED)
         self._costs = zeros((rows, columns), np.uint8)
-        self._exchange = Exchange(rows, columns, neighbours=4)
+        self._exchange = Exchange(rows, columns, neighbours=4, allocate=allocate)
 
     @property
     def largest_cost(self):

@@ -55,14 +55,15 @@ class HalfSize:
     weak: uint8 (R / 2, C / 2), where texture is weak, after a search
     """
 
-    def __init__(self, possibility, rows, columns, disparities):
+    def __init__(self, possibility, rows, columns, disparities, allocate=zeros):
         """
         Allocate for full images of a size and a number of disparities.
 
-        possibility: the `CensusPossibility` of half-size images
+        possibility: the `CensusPossibility` of half-size images; allocate: as `zeros`, memory
+        that others overwrite between two searches
         """
         self._half_disparities = possibility.disparities
-        self._scanlines = Scanlines(possibility, TILE)
+        self._scanlines = Scanlines(possibility, TILE, allocate)
         shape = possibility.rows, possibility.columns
         labels_type = self._scanlines.chosen.labels.dtype
         self._validity, self.weak, self._smooth = (zeros(shape, np.uint8) for _ in range(3))

@@ -13,6 +13,7 @@ from dataclasses import replace
 from functools import partial
 from typing import NamedTuple
 
+from fuzzy_stereo_ros.matching.arrays import Lent
 from fuzzy_stereo_ros.matching.bands import Chain, ThreadPool
 from fuzzy_stereo_ros.matching.crossover import Regions
 from fuzzy_stereo_ros.matching.evolution import Durations, evolve, Random, Stopwatch
@@ -85,16 +86,20 @@ class RealtimeMatcher:
         self._config, self._stages = config, stages or STAGES[config.search]
         self.pool = ThreadPool(config.threads)
         self._views = Views(config, rows, columns, self._stages.noise)
-        self._half_size = HalfSize(self._views.half, rows, columns, config.disparities)
         if self._stages.vote is not None:
             self._plain = self._stages.vote(self._views, config.min_disparity)
         self._search = self._stages.search(self._views.full, TILE)
+        memory = self._search.memory    # for the half-size search before, and for what comes after
+        self._half_size = HalfSize(
+            self._views.half, rows, columns, config.disparities, Lent(memory))
         self._warm_start = WarmStart(rows, columns, config.disparities, config.min_disparity)
         labels_type = self._search.chosen.labels.dtype
         self._refinement = Refinement(
-            rows, columns, config.disparities, labels_type, self._search.by_membership)
+            rows, columns, config.disparities, labels_type, self._search.by_membership,
+            Lent(memory))
         self._fitness = CensusFitness(
-            self._views.full, self._refinement.validity, self._search.chosen.target)
+            self._views.full, self._refinement.validity, self._search.chosen.target,
+            Lent(memory))
         self.population = Population(self._fitness, self._search.chosen.labels)
         self._crossover = self._stages.crossover(rows, columns)
         self.frames = self._stages.frames(self._views.full, rows, columns)

@@ -15,7 +15,11 @@ import numpy as np
 
 
 class Propagation:
-    """The propagation of one image size: memory and the chosen labels; used as Scanlines is."""
+    """
+    The propagation of one image size: memory and the chosen labels; used as Scanlines is.
+
+    memory: uint8 (0,), nothing that others may use
+    """
 
     stage, by_membership = 'propagation', False
 
@@ -25,6 +29,7 @@ class Propagation:
         self._bands = cut_bands(possibility.rows, tile)
         self._last_parent = 2 * (half_disparities(possibility.disparities) - 1)
         sizes = kernels.sizes(possibility.disparities, self.chosen.target.shape[1])
+        self.memory = np.empty(0, np.uint8)
         self._memory, self._tiles = zip(*(_tile(sizes) for _ in self._bands))
 
     def limit(self, half_labels):

@@ -36,11 +36,11 @@ class Speckles:
     at most this are connected; smallest: pixels of a component that stays; band: one of all bands
     """
 
-    def __init__(self, rows, columns):
-        """Allocate for images of a size."""
+    def __init__(self, rows, columns, allocate=zeros):
+        """Allocate for images of a size; allocate: as `zeros`, for all from `find` to `reject`."""
         self._columns = columns
         self._marks = zeros((MOST_PARTS, 3), np.int64)
-        self._runs = tuple(zeros(rows * columns, np.int32) for _ in range(4))
+        self._runs = tuple(allocate(rows * columns, np.int32) for _ in range(4))
 
     def find(self, labels, validity, step, band):
         """Find the components of a band."""
@@ -77,18 +77,19 @@ class Refinement:
     of the best chromosome
     """
 
-    def __init__(self, rows, columns, disparities, labels_type, by_membership=True):
+    def __init__(self, rows, columns, disparities, labels_type, by_membership=True,
+                 allocate=zeros):
         """
         Allocate for images of a size, and labels of a type.
 
-        by_membership: whether there is a membership median
+        by_membership: whether there is a membership median; allocate: of the `Speckles`
         """
         self._by_membership = by_membership
         around = rows + 2 * filling.RADIUS, columns + 2 * filling.RADIUS + 2 * LANES
         self._disparities = disparities
         self.validity, self.final_validity = (
             zeros((rows, columns), np.uint8) for _ in range(2))
-        self._speckles = Speckles(rows, columns)
+        self._speckles = Speckles(rows, columns, allocate)
         self._padded, self._padded_grey = (zeros(around, labels_type) for _ in range(2))
         self._members = [zeros(filling.NEIGHBOURS * LANES, labels_type) for _ in range(MOST_PARTS)]
         self._median = zeros((rows, columns + 2 * LANES), labels_type)

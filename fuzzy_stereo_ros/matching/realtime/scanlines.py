@@ -67,16 +67,18 @@ class Scanlines:
 
     Horizontal paths are independent by row, vertical ones by column, so that neither needs a
     neighbour's rows: while columns of tiles complete one row of tiles, the next one is begun.
+
+    memory: uint8 (N,), of any content before and after a search
     """
 
     stage, by_membership = 'scanlines', True
 
-    def __init__(self, possibility, tile):
+    def __init__(self, possibility, tile, allocate=zeros):
         """
         Allocate for the size of a possibility.
 
         tile: pixels of a side, 1 or more, of the tiles that search labels of their own. Costs
-        are kept for as many rows of tiles only as are worked on at a time.
+        are kept for as many rows of tiles only as are worked on at a time. allocate: as `zeros`
         """
         rows, columns = possibility.rows, possibility.columns
         self.possibility, self.tile = possibility, tile
@@ -94,8 +96,8 @@ class Scanlines:
             len(self._tasks), *map(address_of, (self._tasks, self._taken, self._done))))
         self._numbers = {'strip': strip, 'kept': kept, 'path_size': LANES * self.most_blocks,
                          'row_words': columns + LANES}
-        self._shared, self._shared_memory = _placed(
-            {'costs': kept * strip, 'sums': kept * strip, 'down': row})
+        self._shared, self.memory = _placed(
+            {'costs': kept * strip, 'sums': kept * strip, 'down': row}, allocate)
         self._free, self._memory, self._made_of = [], [], (None, None, None)
         self.windows = Windows(*(zeros(tiles, np.int64) for _ in range(3)),
                                zeros(tiles[0], np.int64))
@@ -204,12 +206,12 @@ def _addresses(prior):
     return (*map(address_of, (prior.labels, prior.weights, prior.table)), prior.reach)
 
 
-def _placed(sizes):
+def _placed(sizes, allocate=zeros):
     """Return {name: address} of parts of memory, and the array that they lie in; sizes: bytes."""
     places, end = {}, 0
     for name, size in sizes.items():
         places[name] = end
         end += -(-(size + _SLACK) // PAGE) * PAGE + SHIFT
-    memory = zeros(end + PAGE, np.uint8)
+    memory = allocate(end + PAGE, np.uint8)
     start = memory.ctypes.data + -memory.ctypes.data % PAGE
     return {name: start + place for name, place in places.items()}, memory

@@ -258,6 +258,28 @@ def test_a_state_is_not_changed_by_later_frames():
         np.testing.assert_array_equal(handed_on[name], copy)
 
 
+def test_what_lies_in_lent_memory_between_frames_and_before_the_search_does_not_count():
+    frames = list(make_sequence(64, 96, 24, 3, noise=1.5))
+
+    def results(disturb):
+        matcher, found = StereoMatcher(CONFIG), []
+        for pair in frames:
+            found.append(bits(matcher.match(pair.left, pair.right)))
+            disturb(matcher.algorithm._search)
+        return found
+
+    def disturb(search):
+        memory = search.memory
+        memory[:] = np.random.default_rng(len(memory)).integers(0, 256, len(memory))
+        limit = search.__class__.limit
+
+        def limited(half_labels):       # between the half-size search and the full one
+            memory[:] = 255
+            limit(search, half_labels)
+        search.limit = limited
+    assert results(disturb) == results(lambda search: None)
+
+
 @pytest.mark.parametrize('changes', [
     {'disparities': 25}, {'min_disparity': 1}, {'reference': 'right'}])
 def test_a_state_of_other_disparities_is_not_used(changes):

@@ -54,7 +54,7 @@ class Scanned:
         self._pair = left, right, min_disparity, model
 
     def search(self):
-        for memory in (*self.scanlines._memory, self.scanlines._shared_memory):
+        for memory in (*self.scanlines._memory, self.scanlines.memory):
             memory[:] = np.random.default_rng(1).integers(0, 256, memory.size)
         before = self._unused()
         chosen = self.scanlines.search(self.pool, *self.priors)
@@ -72,7 +72,7 @@ class Scanned:
         own = sorted(({*places} - {*shared, *scanlines._numbers.values()}
                       for places in scanlines._free), key=min)
         memories = sorted(scanlines._memory, key=lambda memory: memory.ctypes.data)
-        for places, memory in zip((shared, *own), (scanlines._shared_memory, *memories)):
+        for places, memory in zip((shared, *own), (scanlines.memory, *memories)):
             starts = sorted(place - memory.ctypes.data for place in places)
             unused += [memory[start - SHIFT:start].tobytes() for start in starts[1:]]
             unused.append(memory[-SHIFT:].tobytes())
