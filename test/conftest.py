@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Fixtures for tests with real nodes, and an empty folder."""
 from contextlib import contextmanager, ExitStack
+import gc
 import os
 from pathlib import Path
 import signal
@@ -37,6 +38,12 @@ def pytest_collection_modifyitems(items):
             item.add_marker(pytest.mark.slow)
         if item.path.name == 'test_launch.py':      # one item that launches one case after another
             item.add_marker(pytest.mark.timeout(3 * 600))
+
+
+def pytest_collection_finish():
+    """Let the garbage collector pass over the thousands of tests that were collected."""
+    gc.collect()
+    gc.freeze()
 
 
 @pytest.hookimpl(wrapper=True)

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Bags of a small made rig, of ROS 1 and ROS 2, written with rosbags alone; and their content."""
 from contextlib import contextmanager
+from functools import cache
 
 import cv2
 from fuzzy_stereo_ros.pairs.messages import stamp_of
@@ -89,10 +90,11 @@ class BagOf:
             p=np.array([FOCAL, 0, cx, tx, 0, FOCAL, cy, 0, 0, 0, 1, 0]))
 
 
+@cache
 def scene(frames=6, rows=ROWS, columns=COLUMNS, disparities=DISPARITIES, **options):
-    """Return made pairs that stay but for noise, so that a warm start matters."""
-    return list(make_sequence(rows, columns, disparities, frames, seed=5,
-                              **{'noise': 6.0, **options}))
+    """Return made pairs that stay but for noise, so that a warm start matters; only to be read."""
+    return tuple(make_sequence(rows, columns, disparities, frames, seed=5,
+                               **{'noise': 6.0, **options}))
 
 
 def stamps(frames=6):

@@ -205,7 +205,7 @@ def test_a_frame_of_another_scene_inherits_nothing():
 
 
 def test_with_time_for_evolution_more_than_one_generation_runs():
-    matches, _, _ = still(replace(CONFIG, evolution_ms=1000.0), frames=2, noise=0)
+    matches, _, _ = still(replace(CONFIG, evolution_ms=300.0), frames=2, noise=0)
     assert matches[-1].generations > 3
 
 

@@ -146,7 +146,7 @@ def test_the_motion_of_a_camera_that_drives_and_turns_is_found(frame):
 
 
 def test_on_a_drive_with_noise_a_fifth_of_the_errors_go_where_the_camera_is_known():
-    frames = drive(8, noise=6.0, colour=True)
+    frames = drive(6, noise=6.0, colour=True)
     cold, warm = errors(frames, None, cold=True), errors(frames, CAMERA)
     assert warm < 0.8 * cold
     assert errors(frames, None) > 0.9 * cold
@@ -158,7 +158,7 @@ def test_on_a_drive_in_little_contrast_what_noise_left_alike_is_relied_on():
 
 
 def test_objects_that_move_by_themselves_add_no_error():
-    frames = drive(8, seed=2, noise=2.0, motion=4.0, objects=8)
+    frames = drive(6, seed=2, noise=2.0, motion=4.0, objects=8)
     assert errors(frames, CAMERA) <= errors(frames, None, cold=True) + 0.1
 
 
