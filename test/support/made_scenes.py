@@ -62,6 +62,11 @@ def matched(pair, config, **changes):
     return StereoMatcher(replace(config, **changes)).match(pair.left, pair.right)
 
 
+def matches_of(matcher, pairs, camera=None):
+    """Return the matches of pairs, one after the other."""
+    return [matcher.match(pair.left, pair.right, camera=camera) for pair in pairs]
+
+
 def made_matched(rows=60, columns=330, stamp=1_250_000_000, reference='left', **options):
     """
     Return a MatchedPair with the true disparities, invalid where hidden, and a ramp as confidence.

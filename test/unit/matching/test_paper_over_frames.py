@@ -10,7 +10,8 @@ from fuzzy_stereo_ros.matching.over_frames import camera_motion
 from fuzzy_stereo_ros.matching.paper.matcher import Stages
 from fuzzy_stereo_ros.synthetic.scenes import FOCAL, make_pair, make_sequence
 from hypothesis import given, settings, strategies as st
-from made_scenes import wrong
+import made_scenes
+from made_scenes import bits, wrong
 import numpy as np
 import pytest
 import reference_inheritance as twins
@@ -27,11 +28,7 @@ def frames(number=FRAMES, seed=1, **options):
 
 def matches_of(pairs, camera=None, matcher=None, **changes):
     matcher = matcher or StereoMatcher(replace(CONFIG, **changes))
-    return [matcher.match(pair.left, pair.right, camera=camera) for pair in pairs], matcher
-
-
-def bits(match):
-    return match.disparity.tobytes(), match.confidence.tobytes()
+    return made_scenes.matches_of(matcher, pairs, camera), matcher
 
 
 @settings(max_examples=60, deadline=None)

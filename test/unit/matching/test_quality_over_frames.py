@@ -14,7 +14,8 @@ from fuzzy_stereo_ros.matching.quality.matcher import LEAST_AGE, QualityState
 from fuzzy_stereo_ros.matching.quality.operators import OPERATORS
 from fuzzy_stereo_ros.matching.quality.seed import parent_of, ScanlineSeed
 from fuzzy_stereo_ros.synthetic.scenes import FOCAL, make_sequence
-from made_scenes import wrong
+import made_scenes
+from made_scenes import bits, wrong
 import numpy as np
 import pytest
 
@@ -30,11 +31,7 @@ def frames(number, size=(ROWS, COLUMNS), **options):
 
 def matches_of(pairs, camera=None, matcher=None, **changes):
     matcher = matcher or StereoMatcher(replace(CONFIG, **changes))
-    return [matcher.match(pair.left, pair.right, camera=camera) for pair in pairs], matcher
-
-
-def bits(match):
-    return match.disparity.tobytes(), match.confidence.tobytes()
+    return made_scenes.matches_of(matcher, pairs, camera), matcher
 
 
 @pytest.mark.parametrize('shape', [(30, 40), (30, 40, 3)])
