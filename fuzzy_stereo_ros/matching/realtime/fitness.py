@@ -8,6 +8,7 @@ chromosome decreases with the costs of its genes: matches of little possibility,
 (less at edges of grey), and labels that contradict the target image.
 """
 from fuzzy_stereo_ros.matching.arrays import zeros
+from fuzzy_stereo_ros.matching.bands import all_before
 from fuzzy_stereo_ros.matching.crossover import Exchange
 from fuzzy_stereo_ros.matching.kernels.genetic import gene_cost
 from fuzzy_stereo_ros.matching.kernels.genetic.exchange import copy_taken, differing_cells
@@ -42,12 +43,12 @@ class CensusFitness:
         """Set a new pair; target_range: the first and the last column of the target that exist."""
         self._scene = self._scene._replace(target_range=target_range)
 
-    def measure(self, pool, chromosome, every=SAMPLE_STEP):
+    def measure(self, pool, chromosome, every=SAMPLE_STEP, needs=all_before):
         """
         Return the fitness of a chromosome: 1 where all is fully possible and smooth, else lower.
 
         pool: a ThreadPool, or a Chain, which writes it; every: row step of the sample; gains of
-        crossover are exact
+        crossover are exact; needs: a rule of what each part needs, see `all_before`
         """
         bands = pool.parts(len(chromosome))
         totals, fitness = np.zeros((len(bands), 2), np.int64), np.zeros(1)
@@ -61,7 +62,7 @@ class CensusFitness:
         def sum_up(totals):
             total, number = totals.sum(axis=0)
             fitness[0] = 1 - total / (self.largest_cost * number)
-        pool.each(measure_band, bands)
+        pool.each(measure_band, bands, needs)
         pool.each(sum_up, [totals])
         return fitness
 

@@ -160,10 +160,13 @@ class RealtimeMatcher:
         self._refinement.join_speckles(chain, chosen, config)
         chain.each(fill, bands)
         filled = chain.stages_so_far()
-        self._fitness.set_pair(views.target_range)
-        self.population.measure(chain)
         if self._stages.mutation is not None:
             self._regions.gather(chain, chosen, validity, filled)
+        self._fitness.set_pair(views.target_range)
+        self.population.measure(chain, filled)
+        if self._stages.mutation is not None:
+            self._regions.mutate(chain, config.disparities, views.target_range,
+                                 self.population.genes[0], Random((config.seed,)))
         chain.run()
         watch.lap(self._search.stage)
         budget = budget.reserving(self._durations[REFINING])
@@ -204,11 +207,8 @@ class RealtimeMatcher:
         return self._fitness.measure(self.pool, chromosome, every=1)[0]
 
     def _mutate(self, population, random):
-        """Propose planes to the regions of weak texture, and take those that are fitter."""
-        mutant = self._regions.mutant(
-            self.pool, self._config.disparities, self._views.target_range,
-            population.genes[population.best], Random((self._config.seed,)))
-        population.accept(self.pool, self._crossover, random, mutant)
+        """Take the planes of regions of weak texture that are fitter."""
+        population.accept(self.pool, self._crossover, random, self._regions.mutant)
 
     @property
     def noise(self):

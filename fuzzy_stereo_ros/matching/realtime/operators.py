@@ -12,7 +12,7 @@ from bisect import bisect_left
 from itertools import pairwise
 
 from fuzzy_stereo_ros.matching.arrays import zeros
-from fuzzy_stereo_ros.matching.bands import all_before, Chain, MOST_PARTS, nothing_before
+from fuzzy_stereo_ros.matching.bands import all_before, MOST_PARTS, nothing_before
 from fuzzy_stereo_ros.matching.kernels.planes import segments
 from fuzzy_stereo_ros.matching.kernels.refinement import filling
 import numpy as np
@@ -49,9 +49,14 @@ class Population:
         """
         filling.fill_rows(labels, validity, self.genes[0], band[1], band[2])
 
-    def measure(self, pool):
-        """Measure the fitness, once all bands are filled; pool: a ThreadPool, or a Chain."""
-        self.fitness, self.converged = self._measure.measure(pool, self.genes[0]), False
+    def measure(self, pool, filled):
+        """
+        Measure the fitness.
+
+        pool: a ThreadPool, or a Chain; filled: rule that needs all bands filled, see `all_before`
+        """
+        self.fitness = self._measure.measure(pool, self.genes[0], needs=filled)
+        self.converged = False
 
     def accept(self, pool, crossover, random, mutant):
         """Take the genes of a mutant, (R, C) labels, that a crossover chooses."""
@@ -99,7 +104,11 @@ class GreyRegions:
 
 
 class WeakRegions:
-    """The mutation by planes of plain regions: memory for one image size."""
+    """
+    The mutation by planes of plain regions, of one image size.
+
+    mutant: uint8 or uint16 (R, C), the labels of the chromosome that `mutate` writes
+    """
 
     def __init__(self, rows, columns, labels_type):
         """Allocate for full images of a size, and labels of a type."""
@@ -108,7 +117,7 @@ class WeakRegions:
         self._tally, self._starts = zeros((most, 3), np.int32), zeros(most + 1, np.int32)
         self._points = zeros((3, pixels), np.float32)
         self._planes = zeros((most, 3), np.float32)
-        self._mutant = zeros((rows, columns), labels_type)
+        self.mutant = zeros((rows, columns), labels_type)
 
     def grow(self, pool, luminance, weak):
         """
@@ -124,7 +133,7 @@ class WeakRegions:
         Gather matches of the regions, once these are grown.
 
         pool: a ThreadPool, or a Chain; chosen, validity: the `SearchResult`, and which of its
-        labels are consistent; needs: see `Chain.each`
+        labels are consistent; needs: a rule, see `all_before`
         """
         def gather(validity):
             regions, number = self._regions.grown
@@ -137,25 +146,23 @@ class WeakRegions:
                 bisect_left(starts, points * part / PARTS) for part in range(PARTS)), number))]
         pool.each(gather, [validity], needs)
 
-    def mutant(self, pool, disparities, target_range, parent, random):
+    def mutate(self, pool, disparities, target_range, parent, random):
         """
-        Return a chromosome whose regions lie in planes of the matches gathered: (R, C) labels.
+        Write a chromosome whose regions lie in planes of the matches, once these are gathered.
 
-        target_range: first and last column of the target that exist; parent: the other genes
+        pool: a ThreadPool, or a Chain; target_range: first and last column of the target that
+        exist; parent: (R, C) labels, the other genes
         """
-        regions, number = self._regions.grown
-        planes, mutant, starts = self._planes[:number], self._mutant, self._starts[:number + 1]
-        key = random.key
+        rules = ROUNDS, AGREEMENT, ENOUGH, random.key
+
+        def fit(part):
+            segments.fit_planes(
+                self._points, self._starts, rules, SHARE, self._planes, *self._parts[part])
 
         def write(band):
             _, first, last = band
-            mutant[first:last] = parent[first:last]
-            segments.write_mutant(
-                regions, planes, disparities, target_range, mutant, first // 2, last // 2)
-        chain = Chain(pool)
-        chain.each(lambda part: segments.fit_planes(
-            self._points, starts, (ROUNDS, AGREEMENT, ENOUGH, key), SHARE, planes, *part),
-            self._parts)
-        chain.each(write, pool.parts(len(parent), 2))
-        chain.run()
-        return mutant
+            self.mutant[first:last] = parent[first:last]
+            segments.write_mutant(self._regions.grown[0], self._planes, disparities, target_range,
+                                  self.mutant, first // 2, last // 2)
+        pool.each(fit, range(PARTS))
+        pool.each(write, pool.parts(len(parent), 2))

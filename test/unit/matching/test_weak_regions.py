@@ -148,9 +148,8 @@ def test_a_wall_that_was_half_wrong_is_proposed_as_one_plane():
     validity[::3] = INVALID
     chosen = SimpleNamespace(labels=labels, offsets=np.zeros(labels.shape, np.int8))
     regions.gather(ThreadPool(1), chosen, validity, nothing_before)
-    mutant = regions.mutant(ThreadPool(1), DISPARITIES, (-DISPARITIES, columns), labels,
-                            Random((0,)))
-    assert (mutant == 8).all()
+    regions.mutate(ThreadPool(1), DISPARITIES, (-DISPARITIES, columns), labels, Random((0,)))
+    assert (regions.mutant == 8).all()
 
 
 # ---- in the matcher ----
