@@ -14,7 +14,7 @@ import time
 
 from fuzzy_stereo_ros.evaluation.baselines import opencv_threads
 from fuzzy_stereo_ros.evaluation.report import Table
-from fuzzy_stereo_ros.matching.bands import all_before, cut_parts, first_of, ThreadPool
+from fuzzy_stereo_ros.matching.bands import all_before, cut_parts, ThreadPool
 from fuzzy_stereo_ros.matching.row_alignment import rig_of, Rows
 import numpy as np
 import pandas as pd
@@ -56,9 +56,10 @@ class TimedPool(ThreadPool):
         super().each(timed, items)
         self.joins.append([(one, needs(0, index)) for index, one in enumerate(times)])
 
-    def shares(self, needs):
+    def shares(self, needs, begin=all_before):
         """Have a kernel called for each task."""
-        return [1] * len(needs), first_of(needs)
+        return [1] * len(needs), lambda before, index: max(
+            begin(before, index), (before + needs[index]) * (needs[index] > 0))
 
 
 def scheduled(parts, cores):

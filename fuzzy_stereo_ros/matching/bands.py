@@ -158,16 +158,15 @@ class ThreadPool:
             if error is not None:
                 raise error
 
-    def shares(self, needs):
+    def shares(self, needs, begin=all_before):
         """
         Return how many tasks a kernel takes at most, call by call, and what calls need.
 
-        Each thread calls it once, and the kernel itself waits for what tasks need: of a Chain the
-        stages before are not needed.
+        Each thread calls it once, and the kernel itself waits for what tasks need.
 
-        needs: of each task, how many of the first tasks
+        needs: of each task, how many of the first tasks; begin: a rule of what all of them need
         """
-        return [len(needs)] * self.threads, nothing_before
+        return [len(needs)] * self.threads, begin
 
     def _asked(self, number):
         """
@@ -228,8 +227,10 @@ class Chain:
         return lambda before, index: number
 
     def run(self):
-        """Run the stages; return when all are done."""
-        self._pool.each(_call, self._calls, first_of(self._needs))
+        """Run the stages; return when all are done. The chain has none after that."""
+        calls, needs = self._calls, self._needs
+        self._calls, self._needs = [], []
+        self._pool.each(_call, calls, first_of(needs))
 
 
 def _call(call):

@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import cv2
 from fuzzy_stereo_ros.matching.arrays import zeros
-from fuzzy_stereo_ros.matching.bands import beside, filter_band, widened
+from fuzzy_stereo_ros.matching.bands import all_before, beside, filter_band, widened
 from fuzzy_stereo_ros.matching.kernels.possibility.costs import Prior
 from fuzzy_stereo_ros.matching.kernels.refinement import filling
 from fuzzy_stereo_ros.matching.kernels.refinement.consistency import check_consistency
@@ -74,13 +74,14 @@ class HalfSize:
                                zeros((rows, columns), np.uint8), disparities,
                                (DEAD_ZONE, CUT), (0, VOTED_CUT))
 
-    def search(self, pool, target_range, grey, noise):
+    def search(self, pool, target_range, grey, noise, described=all_before):
         """
         Return the `HalfSizeResult` of the pair that the possibility was filled with.
 
         pool: a ThreadPool, or a Chain, which completes the result;
         target_range: the first and the last column of the full target that exist; grey: uint8,
-        full left; noise: of it, grey levels, standard deviation, which is no texture
+        full left; noise: of it, grey levels, standard deviation, which is no texture;
+        described: a rule that needs the features, see `all_before`
         """
         limit = int(hypot(WEAK_TEXTURE, NOISY_STEPS * noise))
         chosen, half_range = self._scanlines.chosen, (target_range[0] // 2, target_range[1] // 2)
@@ -106,7 +107,7 @@ class HalfSize:
                 self._labels, (chosen.labels, chosen.offsets, chosen.margins, self._validity),
                 self.weak, self._smooth, CLEAR, (prior.labels, prior.weights), first, last)
         bands = pool.parts(rows)
-        self._scanlines.search(pool)
+        self._scanlines.search(pool, needs=described)
         pool.each(finish, bands)
         pool.each(lambda step: self._speckles.join(chosen.labels, step, bands), [1])
         pool.each(fill, bands)
@@ -117,6 +118,6 @@ class HalfSize:
         """
         Give the map and the prior of the last search what a mutation (Stages.vote) takes.
 
-        pool: a ThreadPool, or the Chain of the search
+        pool: a ThreadPool, or a Chain
         """
         mutation.mutate(pool, target_range, self._labels, self._prior, VOTED)

@@ -117,8 +117,12 @@ class RealtimeMatcher:
         """
         config, pool, views, warm = self._config, self.pool, self._views, self._warm_start
         watch = Stopwatch()
-        views.read(pool, left, right)
-        if config.warm_start:
+        chain = Chain(pool)
+        views.read(chain, left, right)
+        if previous is None and config.warm_start:
+            warm.average(chain, None, views)
+        chain.run()
+        if previous is not None:
             warm.average(pool, previous, views)
         watch.lap('pictures')
         if config.warm_start:
@@ -132,20 +136,23 @@ class RealtimeMatcher:
             return Match(state.own.still_disparity.copy(), state.own.still_confidence.copy(), [],
                          watch.times, True, warm.motion, reused=True), state
         views.smooth(pool)
-        views.describe(pool, self._stages.describe)
-        watch.lap('possibility')
         chain = Chain(pool)
+        views.describe(chain, self._stages.describe)
+        described = chain.stages_so_far()
+        chain.each(watch.lap, ['possibility'])
         if self._stages.vote is not None:
             self._plain.find(chain)
         half = self._half_size.search(
-            chain, views.target_range, views.full.left.grey, views.noise)
+            chain, views.target_range, views.full.left.grey, views.noise, described)
+        chain.run()
+        chain, bands, validity = Chain(pool), pool.parts(len(left)), self._refinement.validity
         if self._stages.vote is not None:
             self._half_size.mutate(chain, self._plain, views.target_range)
-        chain.run()
-        self._search.limit(half.labels)
+        if previous is not None:
+            chain.run()
         previous_prior = self._stages.previous_best(warm, pool, previous, half)
-        watch.lap('coarse')
-        chain, bands, validity = Chain(pool), pool.parts(len(left)), self._refinement.validity
+        chain.each(self._search.limit, [half.labels])
+        chain.each(watch.lap, ['coarse'])
         chosen = self._search.search(chain, half.prior, previous_prior)
 
         def check(band):

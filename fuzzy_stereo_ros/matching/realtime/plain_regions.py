@@ -9,11 +9,10 @@ determine its disparity. A region takes the plane that its pixels vote for where
 exceeds that of the half-size map. The plane is written into that map and is a prior of the full
 search, which so uses the same evidence. Regions that single windows can match are left alone.
 """
-from functools import partial
 from typing import NamedTuple
 
 from fuzzy_stereo_ros.matching.arrays import zeros
-from fuzzy_stereo_ros.matching.bands import beside, MOST_PARTS, widened
+from fuzzy_stereo_ros.matching.bands import MOST_PARTS, widened
 from fuzzy_stereo_ros.matching.kernels.planes import plain_masks, plain_regions as kernels
 from fuzzy_stereo_ros.matching.kernels.planes.region_votes import judge
 from fuzzy_stereo_ros.matching.kernels.planes.segments import Likeness
@@ -125,50 +124,47 @@ class PlainRegions:
         """
         Give the plain regions, once found, the planes that they vote for.
 
-        pool: a ThreadPool, or the Chain of `find`; target_range: the first and the last column of
-        the target that exist; half_labels: (r, c), the half-size map, and prior: the `Prior` of
+        pool: a ThreadPool, or a Chain; target_range: the first and the last column of the target
+        that exist; half_labels: (r, c), the half-size map, and prior: the `Prior` of
         the full search, both written; weight: of the prior there
         """
-        left, right, bands = self._left, self._right, self._parts(pool)
+        found, left, right, bands = self._found, self._left, self._right, self._parts(pool)
+        if found is None:
+            return
         first, last = self._base - target_range[1], self._base - target_range[0]
         columns = (0, left.view.columns - 1), (max(first, 0), min(last, right.view.columns - 1))
         target = right.bands.values, right.bands.seen, self._base
 
-        def split(found, band):
+        def split(band):
             right.mark(*widened(band, kernels.REACH, len(right.plain.mask)))
             for texture, existing in zip((left, right), columns):
                 texture.split(existing, band)
 
-        def vote(found, band):
+        def vote(band):
             for texture in (left, right):
                 texture.quantise(texture.sums(), band)
             kernels.vote(left.bands.values, target, found.regions, found.places, half_labels,
                          found.votes, *band[1:])
 
-        def judge_some(found, part):
+        def judge_some(part):
             power = np.array([square / max(count, 1) for _, count, square in right.sums()])
             for region in range(part, len(found.planes), PARTS):
                 judge(found.votes, (found.places[region], *found.starts[region:region + 2]),
                       self._disparities, self._nearest, power, found.planes[region],
                       self.figures[region], found.accepted)
 
-        def write(found, band):
+        def write(band):
             kernels.write_planes(
                 found.regions, (found.places, found.accepted), found.planes,
                 (half_labels, self._half_disparities), (prior.labels, self._disparities),
                 prior.weights, weight, *band[1:])
-        pool.each(partial(self._call, split), bands, beside(bands))
-        for work, items in ((vote, bands), (judge_some, range(PARTS)), (write, bands)):
-            pool.each(partial(self._call, work), items)
+        for work, items in ((split, bands), (vote, bands), (judge_some, range(PARTS)),
+                            (write, bands)):
+            pool.each(work, items)
 
     def _parts(self, pool):
         """Return parts of whole cells."""
         return pool.parts(self._left.half.rows, kernels.ROWS)
-
-    def _call(self, work, item):
-        """Call some work with what was found, if there are regions, and an item."""
-        if self._found is not None:
-            work(self._found, item)
 
     def _list(self, sides):
         """List the cells that the regions reach into; sides: rows and columns of cells."""

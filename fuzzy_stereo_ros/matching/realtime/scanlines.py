@@ -10,6 +10,7 @@ from functools import cached_property
 from operator import is_
 
 from fuzzy_stereo_ros.matching.arrays import zeros
+from fuzzy_stereo_ros.matching.bands import all_before
 from fuzzy_stereo_ros.matching.kernels.addresses import address_of
 from fuzzy_stereo_ros.matching.kernels.possibility.costs import Prior
 from fuzzy_stereo_ros.matching.kernels.scanlines.column_paths import OVERLAP
@@ -102,6 +103,7 @@ class Scanlines:
         self.windows = Windows(*(zeros(tiles, np.int64) for _ in range(3)),
                                zeros(tiles[0], np.int64))
         self.windows.blocks[:] = self.most_blocks
+        self._place_windows()
         self.no_prior = prior_of(
             zeros((rows, columns), self.chosen.labels.dtype),
             zeros((rows, columns), np.uint8), possibility.disparities)
@@ -112,14 +114,18 @@ class Scanlines:
         disparities = self.possibility.disparities
         tile_windows(half_labels, half_disparities(disparities), disparities, self.tile, GROW,
                      MARGIN, self.windows.low, self.windows.blocks)
+        self._place_windows()
 
-    def search(self, pool, half_prior=None, previous_prior=None):
+    def _place_windows(self):
+        place_windows(tuple(self.windows), self.chosen.labels.shape[1], self.tile, PAGE, SHIFT)
+
+    def search(self, pool, half_prior=None, previous_prior=None, needs=all_before):
         """
         Run the passes; return the `SearchResult`, memory that the next search overwrites.
 
-        pool: a ThreadPool, or a Chain, which completes the result. Priors: None for none.
+        pool: a ThreadPool, or a Chain, which completes the result. Priors: None for none. needs: a
+        rule, see `all_before`
         """
-        place_windows(tuple(self.windows), self.chosen.labels.shape[1], self.tile, PAGE, SHIFT)
         # Priors are kept alive: the kernels have only their addresses.
         priors = half_prior or self.no_prior, previous_prior or self.no_prior
         made_of = *priors, self.possibility.model
@@ -128,7 +134,7 @@ class Scanlines:
         self._reserve(pool.threads)
         self._taken[0] = 0
         self._done[:] = 0
-        pool.each(self._take, *pool.shares(self._needs))
+        pool.each(self._take, *pool.shares(self._needs, needs))
         return self.chosen
 
     def _take(self, most):

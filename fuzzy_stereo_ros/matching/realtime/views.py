@@ -67,7 +67,7 @@ class Views:
         The right image is moved by the smallest disparity: to the right while it is read, to the
         left into a wider view, so that no column is lost.
 
-        left, right: uint8 or uint16 (R, C) or (R, C, 3)
+        pool: a ThreadPool, or a Chain; left, right: uint8 or uint16 (R, C) or (R, C, 3)
         """
         full, half, shift = self.full, self.half, self._shift
         left_shift = luminance_shift(left, right)
@@ -81,8 +81,11 @@ class Views:
             self._estimate.measure(full.left, half.left, first, last)
             self._smoothing.measure(self.pictures, unit, band)
 
+        def estimate(noise):
+            self.noise = noise.level
+
         pool.each(read, pool.parts(full.rows, PART))
-        self.noise = self._estimate.level
+        pool.each(estimate, [self._estimate])
 
     @property
     def pictures(self):
@@ -106,7 +109,7 @@ class Views:
         """
         Write the features of the pair.
 
-        describe: called with a view and a range of rows, writes its features
+        pool: a ThreadPool, or a Chain; describe: called with a view and a range of rows, writes its features
         """
         full, half, shift = self.full, self.half, self._shift
         noise = max(self.noise, COMPRESSED if self._smoothing.compressed else 0.0)
