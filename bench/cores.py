@@ -33,13 +33,13 @@ class TimedPool(ThreadPool):
     A pool of one thread, whose work is cut as for a number of cores.
 
     joins: [[(ms, need)]], of each part of each call of `each`: its processor time, and how many of
-    the first parts it needs
+    the first parts it needs; within: ms of all of them and of the clock that times them
     """
 
     def __init__(self, cores):
         """Begin without joins."""
         super().__init__(1)
-        self.joins, self._cores = [], cores
+        self.joins, self.within, self._cores = [], 0.0, cores
 
     def parts(self, rows, height=1):
         """Return the parts of an image for the cores."""
@@ -47,7 +47,7 @@ class TimedPool(ThreadPool):
 
     def each(self, work, items, needs=all_before):
         """Work as ThreadPool does, and time each item."""
-        times = []
+        times, started = [], time.thread_time()
 
         def timed(item):
             begun = time.thread_time()
@@ -55,6 +55,7 @@ class TimedPool(ThreadPool):
             times.append(1000 * (time.thread_time() - begun))
         super().each(timed, items)
         self.joins.append([(one, needs(0, index)) for index, one in enumerate(times)])
+        self.within += 1000 * (time.thread_time() - started)
 
     def shares(self, needs, begin=all_before):
         """Have a kernel called for each task."""
@@ -141,7 +142,7 @@ def reckon(matcher, frames, cost):
             begun = time.thread_time()
             matcher.match(*frames[number % len(frames)])
             parts = _sum(pool.joins)
-            alone = 1000 * (time.thread_time() - begun) - parts
+            alone = 1000 * (time.thread_time() - begun) - pool.within
             times[cores] = together(pool.joins, alone, cores, cost)
             row |= {'joins': sum(len(join) > 1 for join in pool.joins),
                     f'parts on {cores}': np.median([len(join) for join in pool.joins]),

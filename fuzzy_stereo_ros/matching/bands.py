@@ -19,7 +19,7 @@ import time
 from weakref import finalize
 
 _FEWEST_ROWS = 64   # below this a band is mostly overlap
-_ROWS_OF_TWO, _LEAST_ROWS, MOST_PARTS = 480, 60, 32     # see cut_parts
+_ROWS_OF_TWO, _ROWS, _LEAST_ROWS, MOST_PARTS = 480, 60, 30, 32   # see cut_parts
 _TRIAL = 12         # frames at each place in a trial
 _REST = 48          # frames from a trial to the next, if times change in between
 _LONGEST_REST = 384     # frames from a trial to the next, if they do not
@@ -330,11 +330,13 @@ def cut_parts(rows, threads, height=1):
     Return the parts of an image for a number of threads, as `cut_bands` returns bands.
 
     For stages whose result is the same however rows are cut. From 480 rows on there are two for
-    each thread, so that others do the part of a thread that wakes late or runs slowly; below, one;
-    and at most MOST_PARTS of 60 rows or more.
+    each thread, so that others do the part of a thread that wakes late or runs slowly; below, one.
+    They have 60 rows or more, or where that would leave threads without one, 30; and there are at
+    most MOST_PARTS.
     """
-    of_a_thread = 2 if rows >= _ROWS_OF_TWO else 1
-    return _cut(rows, height, max(min(of_a_thread * threads, rows // _LEAST_ROWS, MOST_PARTS), 1))
+    wanted = 2 * threads if rows >= _ROWS_OF_TWO else threads
+    count = max(min(wanted, rows // _ROWS), min(threads, rows // _LEAST_ROWS))
+    return _cut(rows, height, max(min(count, MOST_PARTS, -(-rows // height)), 1))
 
 
 def _cut(rows, height, count):

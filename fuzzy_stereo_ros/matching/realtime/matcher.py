@@ -121,6 +121,7 @@ class RealtimeMatcher:
         views.read(chain, left, right)
         if previous is None and config.warm_start:
             warm.average(chain, None, views)
+        views.estimate(chain)
         chain.run()
         if previous is not None:
             warm.average(pool, previous, views)
@@ -145,14 +146,16 @@ class RealtimeMatcher:
         half = self._half_size.search(
             chain, views.target_range, views.full.left.grey, views.noise, described)
         chain.run()
-        chain, bands, validity = Chain(pool), pool.parts(len(left)), self._refinement.validity
+        if self._stages.mutation is not None:
+            self._regions.grow(chain, views.half.left.luminance, self._half_size.weak)
         if self._stages.vote is not None:
             self._half_size.mutate(chain, self._plain, views.target_range)
         if previous is not None:
             chain.run()
         previous_prior = self._stages.previous_best(warm, pool, previous, half)
-        chain.each(self._search.limit, [half.labels])
+        self._search.limit(chain, half.labels)
         chain.each(watch.lap, ['coarse'])
+        bands, validity = pool.parts(len(left)), self._refinement.validity
         chosen = self._search.search(chain, half.prior, previous_prior)
 
         def check(band):
@@ -162,8 +165,6 @@ class RealtimeMatcher:
             self._refinement.reject_speckles(config, band)
             self.population.fill(chosen.labels, validity, band)
         chain.each(check, bands)
-        if self._stages.mutation is not None:
-            self._regions.grow(chain, views.half.left.luminance, self._half_size.weak)
         self._refinement.join_speckles(chain, chosen, config)
         chain.each(fill, bands)
         filled = chain.stages_so_far()

@@ -12,7 +12,7 @@ from bisect import bisect_left
 from itertools import pairwise
 
 from fuzzy_stereo_ros.matching.arrays import zeros
-from fuzzy_stereo_ros.matching.bands import all_before, MOST_PARTS, nothing_before
+from fuzzy_stereo_ros.matching.bands import MOST_PARTS
 from fuzzy_stereo_ros.matching.kernels.planes import segments
 from fuzzy_stereo_ros.matching.kernels.refinement import filling
 import numpy as np
@@ -78,13 +78,13 @@ class GreyRegions:
         self._row_runs = zeros((rows, 2), np.int32)
         self._sums = zeros((MOST_PARTS, 2, columns + 1), np.int32)
 
-    def grow(self, pool, luminance, weak, likeness, least, needs=all_before):
+    def grow(self, pool, luminance, weak, likeness, least):
         """
         Grow the regions of a picture.
 
         pool: a ThreadPool, or a Chain; luminance: uint16, the picture with a margin; weak: uint8
         (r, c or more), where regions may lie; likeness: a `Likeness`, of runs; least: pixels of a
-        region; needs: see `Chain.each`
+        region
         """
         runs, likeness = (self._begin, self._end, self._parent, self._row_runs), tuple(likeness)
         bands = pool.parts(len(self._row_runs))
@@ -94,7 +94,7 @@ class GreyRegions:
             self.number = segments.number_regions(runs, least, self._size, self._region)
         pool.each(lambda band: segments.find_runs(
             luminance, weak, likeness, runs, self._sums[band[0]], band[1], band[2]),
-            bands, needs)
+            bands)
         pool.each(join, [np.array([first for _, first, _ in bands])])
 
     @property
@@ -121,12 +121,12 @@ class WeakRegions:
 
     def grow(self, pool, luminance, weak):
         """
-        Grow the regions of a picture, as `GreyRegions.grow` does, beside the stages before.
+        Grow the regions of a picture, as `GreyRegions.grow` does.
 
-        luminance: uint16, the half-size picture with a margin; weak: uint8 (r, c), where texture
-        is weak
+        pool: a ThreadPool, or a Chain; luminance: uint16, the half-size picture with a margin;
+        weak: uint8 (r, c), where texture is weak
         """
-        self._regions.grow(pool, luminance, weak, LIKENESS, LEAST, nothing_before)
+        self._regions.grow(pool, luminance, weak, LIKENESS, LEAST)
 
     def gather(self, pool, chosen, validity, needs):
         """

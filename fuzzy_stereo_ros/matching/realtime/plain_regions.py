@@ -12,7 +12,7 @@ search, which so uses the same evidence. Regions that single windows can match a
 from typing import NamedTuple
 
 from fuzzy_stereo_ros.matching.arrays import zeros
-from fuzzy_stereo_ros.matching.bands import MOST_PARTS, widened
+from fuzzy_stereo_ros.matching.bands import MOST_PARTS, nothing_before, widened
 from fuzzy_stereo_ros.matching.kernels.planes import plain_masks, plain_regions as kernels
 from fuzzy_stereo_ros.matching.kernels.planes.region_votes import judge
 from fuzzy_stereo_ros.matching.kernels.planes.segments import Likeness
@@ -158,8 +158,8 @@ class PlainRegions:
                 found.regions, (found.places, found.accepted), found.planes,
                 (half_labels, self._half_disparities), (prior.labels, self._disparities),
                 prior.weights, weight, *band[1:])
-        for work, items in ((split, bands), (vote, bands), (judge_some, range(PARTS)),
-                            (write, bands)):
+        pool.each(split, bands, nothing_before)
+        for work, items in ((vote, bands), (judge_some, range(PARTS)), (write, bands)):
             pool.each(work, items)
 
     def _parts(self, pool):

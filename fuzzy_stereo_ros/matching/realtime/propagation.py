@@ -32,7 +32,7 @@ class Propagation:
         self.memory = np.empty(0, np.uint8)
         self._memory, self._tiles = zip(*(_tile(sizes) for _ in self._bands))
 
-    def limit(self, half_labels):
+    def limit(self, pool, half_labels):
         """Do nothing: only the labels of the parent are searched."""
 
     def search(self, pool, half_prior, previous_prior=None):

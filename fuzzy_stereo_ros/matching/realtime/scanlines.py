@@ -103,21 +103,31 @@ class Scanlines:
         self.windows = Windows(*(zeros(tiles, np.int64) for _ in range(3)),
                                zeros(tiles[0], np.int64))
         self.windows.blocks[:] = self.most_blocks
-        self._place_windows()
+        self.place_windows()
         self.no_prior = prior_of(
             zeros((rows, columns), self.chosen.labels.dtype),
             zeros((rows, columns), np.uint8), possibility.disparities)
 
-    def limit(self, half_labels):
-        """Limit the labels of each tile by a half-size map of the pair: (R / 2, C / 2)."""
-        # in one thread: starting helpers would take longer
-        disparities = self.possibility.disparities
-        tile_windows(half_labels, half_disparities(disparities), disparities, self.tile, GROW,
-                     MARGIN, self.windows.low, self.windows.blocks)
-        self._place_windows()
+    def limit(self, pool, half_labels):
+        """
+        Limit the labels of each tile by a half-size map of the pair.
 
-    def _place_windows(self):
-        place_windows(tuple(self.windows), self.chosen.labels.shape[1], self.tile, PAGE, SHIFT)
+        pool: a ThreadPool, or a Chain; half_labels: (R / 2, C / 2)
+        """
+        disparities = self.possibility.disparities
+
+        def limit(part):
+            rows = part[1] // self.tile, -(-part[2] // self.tile)
+            tile_windows(half_labels, half_disparities(disparities), disparities, self.tile, GROW,
+                         MARGIN, self.windows.low, self.windows.blocks, *rows)
+            self.place_windows(*rows)
+        pool.each(limit, pool.parts(self.possibility.rows, self.tile))
+
+    def place_windows(self, first=0, last=None):
+        """Place the costs of the tiles of some rows of tiles, once their windows are limited."""
+        last = len(self.windows.low) if last is None else last
+        place_windows(tuple(self.windows), self.chosen.labels.shape[1], self.tile, PAGE, SHIFT,
+                      first, last)
 
     def search(self, pool, half_prior=None, previous_prior=None, needs=all_before):
         """

@@ -62,7 +62,7 @@ class Views:
 
     def read(self, pool, left, right):
         """
-        Read a pair and measure its noise.
+        Read a pair; `estimate` the noise then.
 
         The right image is moved by the smallest disparity: to the right while it is read, to the
         left into a wider view, so that no column is lost.
@@ -81,10 +81,12 @@ class Views:
             self._estimate.measure(full.left, half.left, first, last)
             self._smoothing.measure(self.pictures, unit, band)
 
+        pool.each(read, pool.parts(full.rows, PART))
+
+    def estimate(self, pool):
+        """Estimate the noise of a pair that was read; pool: a ThreadPool, or a Chain."""
         def estimate(noise):
             self.noise = noise.level
-
-        pool.each(read, pool.parts(full.rows, PART))
         pool.each(estimate, [self._estimate])
 
     @property
@@ -109,7 +111,8 @@ class Views:
         """
         Write the features of the pair.
 
-        pool: a ThreadPool, or a Chain; describe: called with a view and a range of rows, writes its features
+        pool: a ThreadPool, or a Chain; describe: called with a view and a range of rows, writes
+        its features
         """
         full, half, shift = self.full, self.half, self._shift
         noise = max(self.noise, COMPRESSED if self._smoothing.compressed else 0.0)

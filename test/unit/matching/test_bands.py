@@ -65,16 +65,17 @@ def test_larger_images_are_cut_into_more_bands(rows, count):
     assert len(cut_bands(rows)) == count
 
 
-@given(st.integers(1, 5000), st.integers(1, 200))
-def test_no_part_is_empty_and_there_are_at_most_so_many(rows, threads):
-    parts = cut_parts(rows, threads, 32)
+@given(st.integers(1, 5000), st.integers(1, 200), st.sampled_from([1, 32, 64]))
+def test_no_part_is_empty_and_there_are_at_most_so_many(rows, threads, height):
+    parts = cut_parts(rows, threads, height)
     assert len(parts) <= min(2 * threads, MOST_PARTS)
     assert all(first < last for _, first, last in parts)
 
 
 @pytest.mark.parametrize('rows, threads, count', [
-    (240, 1, 1), (480, 1, 2), (1080, 1, 2), (119, 2, 1), (120, 2, 2), (479, 2, 2), (480, 2, 4),
-    (240, 8, 4), (480, 8, 8), (720, 8, 12), (1080, 8, 16), (4000, 16, 32), (4000, 99, 32)])
+    (240, 1, 1), (480, 1, 2), (1080, 1, 2), (59, 2, 1), (60, 2, 2), (479, 2, 2), (480, 2, 4),
+    (240, 8, 8), (480, 8, 8), (720, 8, 12), (1080, 8, 16), (4000, 16, 32), (4000, 99, 32),
+    (240, 5, 5), (240, 9, 8), (480, 9, 9), (480, 32, 16)])
 def test_there_are_two_parts_a_thread_and_one_where_images_are_small(rows, threads, count):
     assert len(cut_parts(rows, threads)) == count == len(ThreadPool(threads).parts(rows))
 

@@ -28,7 +28,8 @@ def windows_of(half, shape, disparities, tile, grow, margin, half_disparities=No
     half_disparities = half_disparities or -(-disparities // 2)
     tiles = -(-shape[0] // tile), -(-shape[1] // tile)
     low, blocks = np.full(tiles, -1), np.full(tiles, -1)
-    tile_windows(half, half_disparities, disparities, tile, grow, margin, low, blocks)
+    for part in ((0, 1), (1, len(low))):
+        tile_windows(half, half_disparities, disparities, tile, grow, margin, low, blocks, *part)
     return low, blocks
 
 

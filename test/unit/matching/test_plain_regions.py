@@ -73,6 +73,7 @@ def views_of(pair, min_disparity=0):
         'realtime', disparities=DISPARITIES, min_disparity=min_disparity)
     views, pool = Views(config, *pair[0].shape[:2], NoiseEstimate), ThreadPool(1)
     views.read(pool, *pair[:2])
+    views.estimate(pool)
     views.smooth(pool)
     views.describe(pool, Stages().describe)
     return views
@@ -149,6 +150,7 @@ def test_a_pair_leaves_no_texture_to_the_next_one():
     other = [np.roll(image, 120, axis=1) for image in pair]
     (_, used), (_, fresh) = matched(pair), matched(other)
     used._views.read(used.pool, *other[:2])
+    used._views.estimate(used.pool)
     used._views.smooth(used.pool)
     used._views.describe(used.pool, Stages().describe)
     half = np.full((SIZE[0] // 2, SIZE[1] // 2), 5, np.uint8)

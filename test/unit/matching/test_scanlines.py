@@ -87,6 +87,7 @@ class Scanned:
         windows.blocks[:] = random.integers(1, most + 1, windows.blocks.shape)
         last = np.maximum(self.disparities - LANES * windows.blocks, 0)
         windows.low[:] = random.integers(0, last + 1)
+        self.scanlines.place_windows()
 
     def twin(self):
         """Return sums (R, C, D) and the windows: low, high, tile."""
@@ -191,7 +192,7 @@ def test_each_item_waits_for_the_rows_it_needs_and_for_those_whose_memory_it_tak
 @pytest.mark.parametrize('most', [1, 7])
 def test_a_kernel_that_may_take_few_tasks_is_called_until_all_are_done(most):
     whole, some = (Scanned((150, 40), 40, 16, windows_seed=3) for _ in range(2))
-    some.pool.shares = lambda needs: ([most] * -(-len(needs) // most), all_before)
+    some.pool.shares = lambda needs, begin: ([most] * -(-len(needs) // most), all_before)
     some.search()
     for values, expected in zip(some.scanlines.chosen, whole.scanlines.chosen):
         np.testing.assert_array_equal(values, expected)
@@ -215,7 +216,8 @@ def test_an_array_that_is_not_contiguous_is_rejected():
 def test_costs_of_tiles_lie_one_behind_the_other_and_their_rows_not_a_page_apart():
     blocks = np.random.default_rng(1).integers(1, 5, (3, 4))
     windows = Windows(np.zeros_like(blocks), blocks, np.full_like(blocks, 9), np.zeros(3, int))
-    place_windows(tuple(windows), 50, 16, 4096, 448)
+    for part in ((0, 1), (1, len(windows.row_size))):
+        place_windows(tuple(windows), 50, 16, 4096, 448, *part)
     sizes = LANES * blocks * (16, 16, 16, 2)
     np.testing.assert_array_equal(windows.offset[:, 0], 0)
     np.testing.assert_array_equal(np.diff(windows.offset), sizes[:, :-1])
@@ -229,9 +231,11 @@ def test_what_was_searched_before_leaves_no_trace():
     windows = scanned.scanlines.windows
     limited = windows.low.copy(), windows.blocks.copy()
     windows.low[:], windows.blocks[:] = 0, scanned.scanlines.most_blocks
+    scanned.scanlines.place_windows()
     scanned.search()
     assert not np.array_equal(scanned.scanlines.chosen.labels, before[0])
     windows.low[:], windows.blocks[:] = limited
+    scanned.scanlines.place_windows()
     scanned.search()
     for values, expected in zip(scanned.scanlines.chosen, before):
         np.testing.assert_array_equal(values, expected)

@@ -243,11 +243,12 @@ def test_the_bands_of_a_pair_change_nothing(min_disparity):
     config = MatcherConfig(disparities=20, min_disparity=min_disparity)
     found = []
     for bands in ([(0, 0, 300)], [(0, 0, 64), (1, 64, 128), (2, 128, 192), (3, 192, 300)]):
-        views = Views(config, 300, 70, NoiseEstimate)
-        views._bands = bands
-        views.read(ThreadPool(1), left, right)
+        views, pool = Views(config, 300, 70, NoiseEstimate), ThreadPool(1)
+        pool.parts = lambda rows, height, bands=bands: bands
+        views.read(pool, left, right)
+        views.estimate(pool)
         assert views.noise > 0.4
-        views.describe(ThreadPool(1), CensusPicture.describe)
+        views.describe(pool, CensusPicture.describe)
         found.append([array for size in (views.full, views.half)
                       for array in (size.left.census, size.right.census, size.left.slopes,
                                     size.right.slopes, *size.penalties[1:])])

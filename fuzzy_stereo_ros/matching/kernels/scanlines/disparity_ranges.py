@@ -10,15 +10,17 @@ import numpy as np
 
 
 @kernel
-def tile_windows(half, half_disparities, disparities, tile, grow, margin, low, blocks):
+def tile_windows(half, half_disparities, disparities, tile, grow, margin, low, blocks, first,
+                 last):
     """
     Write the label range that each tile searches: that of the half map around it, and a margin.
 
     half: (r, c) labels at half size, of half_disparities; tile, grow: pixels of the full image,
-    even; low, blocks: int64 (tile rows, tile columns), first label and number of blocks of 32.
+    even; low, blocks: int64 (tile rows, tile columns), first label and number of blocks of 32;
+    first, last: rows of tiles
     """
     rows, columns = half.shape
-    for tile_row in range(low.shape[0]):
+    for tile_row in range(first, last):
         for tile_column in range(low.shape[1]):
             least, largest = disparities, 0
             top, left = tile_row * tile, tile_column * tile
@@ -39,8 +41,8 @@ def tile_windows(half, half_disparities, disparities, tile, grow, margin, low, b
             largest = disparities - 1 if beyond else min(largest + margin, disparities - 1)
             number = blocks_of(largest - least + 1)
             spare = LANES * number - (largest - least + 1)
-            first = min(least - spare // 2, disparities - LANES * number)
-            low[tile_row, tile_column] = max(first, 0)
+            lowest_label = min(least - spare // 2, disparities - LANES * number)
+            low[tile_row, tile_column] = max(lowest_label, 0)
             blocks[tile_row, tile_column] = number
 
 

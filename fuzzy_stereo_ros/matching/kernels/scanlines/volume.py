@@ -119,15 +119,15 @@ def blocks_of(labels):
 
 
 @kernel
-def place_windows(windows, columns, tile, page, shift):
+def place_windows(windows, columns, tile, page, shift, first, last):
     """
-    Place the costs of the tiles one behind the other in a row of pixels.
+    Place the costs of the tiles of some rows of tiles, one behind the other in a row of pixels.
 
     windows: the fields of Windows, of which offset and row_size are written; columns: of the
     image; tile: pixels of a side; rows lie `shift` bytes more than some pages apart
     """
     _, blocks, offset, row_size = windows
-    for tile_row in range(row_size.size):
+    for tile_row in range(first, last):
         used = 0
         for tile_column in range(blocks.shape[1]):
             offset[tile_row, tile_column] = used
