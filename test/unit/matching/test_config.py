@@ -53,12 +53,13 @@ def test_the_profile_is_not_a_parameter(name):
 
 
 class Watched(MatcherConfig):
-    """A configuration that notes what is read of it, but for what copies it with changes."""
+    """A configuration that notes what is read of it, but for copies and keys of caches."""
 
     read = set()
 
     def __getattribute__(self, name):
-        if sys._getframe(1).f_code.co_name not in ('replace', '__post_init__'):
+        if sys._getframe(1).f_code.co_name not in (
+                'replace', '__post_init__', '__hash__', '__eq__'):
             Watched.read.add(name)
         return super().__getattribute__(name)
 
