@@ -27,7 +27,7 @@ from fuzzy_stereo_ros.matching.kernels import compiled
 from fuzzy_stereo_ros.matching.matcher import warm_up_camera, warm_up_pairs
 import numpy as np
 
-ROUNDS = None, 1        # of a dry run: the seed of what kernels write, None for nothing
+ROUNDS = None, 2        # of a dry run: the seed of what kernels write, None for nothing
 # level of LLVM, unless the user sets it: kernels are as fast as at 3, and compiled sooner
 OPTIMISATION = {'NUMBA_OPT': '2'}
 START = ('import json, sys; sys.path[:], config = json.loads(sys.argv[1]); '

@@ -66,7 +66,7 @@ def test_no_kernel_is_left_to_the_frames_of_a_camera_that_moves(profile):
     assert found['warm-up'] == []
     assert set(found['dry run']) == MISSED[profile]
     if profile == 'realtime':
-        assert {'move_map', 'propose_planes', 'propose_map'} <= set(found['cold'])
+        assert {'move_map', 'propose_planes', 'select_stale'} <= set(found['cold'])
 
 
 def warm_up(cache, *words):

@@ -1,6 +1,7 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Plain twins of what plane genes on a grid of every other pixel go through."""
+from fuzzy_stereo_ros.matching.kernels.units import CONSISTENT, INVALID, STEPS
 import numpy as np
 
 TILE = 16
@@ -23,6 +24,32 @@ def moved(planes, evolved, proposals, choices, quiet, shift):
             a, b, c = planes[y, x]
             found[0][row, column] = a, b, c - a * np.float32(right) - b * np.float32(down)
             found[1][row, column], found[2][row, column] = evolved[y, x], proposals[y, x]
+    return found
+
+
+def sampled(chromosome, labels, offsets, validity, margins, clear):
+    """Return disparities, what is consistent, what is mutated, and doubts: (r, c), of cells."""
+    same, consistent = chromosome == labels, validity != INVALID
+    disparities = chromosome + np.where(same, offsets / np.float32(STEPS), np.float32(0))
+    doubts = clear - np.where(validity == CONSISTENT, np.minimum(margins, clear), 0)
+    away = abs(chromosome.astype(int) - labels) > 1
+    return disparities.astype(np.float32), consistent, consistent & away, doubts
+
+
+def tangents(disparities, reach, limit):
+    """Return the planes through disparities, sloped as those `reach` cells around: (r, c, 3)."""
+    found = np.zeros((*disparities.shape, 3), np.float32)
+    for place in np.ndindex(disparities.shape):
+        here = disparities[place]
+        for part, axis in ((0, 1), (1, 0)):
+            ends = [list(place), list(place)]
+            ends[0][axis] -= reach
+            ends[1][axis] += reach
+            if ends[0][axis] >= 0 and ends[1][axis] < disparities.shape[axis]:
+                before, after = (disparities[tuple(end)] for end in ends)
+                if abs(before - here) < limit and abs(after - here) < limit:
+                    found[place][part] = (after - before) / (2 * reach)
+        found[place][2] = here - found[place][0] * place[1] - found[place][1] * place[0]
     return found
 
 
@@ -53,7 +80,8 @@ def visible(disparities, right, begin, places):
     """Return which cells nothing nearer of their row hides: bool (r, c)."""
     found = np.zeros(disparities.shape, bool)
     for row, line in enumerate(disparities):
-        pointed = (np.rint(2 * np.arange(line.size) + right - line).astype(int) - begin) >> 1
+        columns = np.float32(2 * np.arange(line.size) + right)
+        pointed = (np.rint(columns - line).astype(int) - begin) >> 1
         for column, place in enumerate(pointed):
             same = line[pointed == place]
             found[row, column] = 0 <= place < places and same.max() <= line[column] + 1

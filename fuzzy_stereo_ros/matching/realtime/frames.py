@@ -21,9 +21,12 @@ from fuzzy_stereo_ros.matching.crossover import Cut, Exchange
 from fuzzy_stereo_ros.matching.evolution import Durations, evolve, Stopwatch
 from fuzzy_stereo_ros.matching.kernels.planes import costs, grid, grid_labels
 from fuzzy_stereo_ros.matching.kernels.planes.costs import (
-    Demands, PlanePenalties, RegionSets, reject_bent, reject_unfounded)
+    Demands, PlanePenalties, RegionSets, reject_unfounded)
 from fuzzy_stereo_ros.matching.kernels.planes.fits import region_planes
 from fuzzy_stereo_ros.matching.kernels.planes.grid import CellMap, FrameMap, Genes
+from fuzzy_stereo_ros.matching.kernels.planes.grid_proposals import (
+    choose_regions, list_chosen, mark_taken, propose_planes, rank_regions, reject_bent,
+    select_stale)
 from fuzzy_stereo_ros.matching.kernels.planes.segments import Likeness
 from fuzzy_stereo_ros.matching.realtime.operators import GreyRegions, PARTS
 import numpy as np
@@ -79,6 +82,7 @@ class FrameEvolution:
     def __init__(self, possibility, rows, columns):
         """Allocate; possibility: the `CensusPossibility` of full images."""
         shape = self._shape = rows // 2, columns // 2
+        of_planes = shape[0], 3, shape[1]
         cells, most = shape[0] * shape[1], shape[0] * shape[1] // SMALLEST + 1
         self._possibility = possibility
         self._highest = np.float32(possibility.disparities - 1)
@@ -87,10 +91,10 @@ class FrameEvolution:
         across, down, self._current, self._proposed = (zeros(shape, np.float32) for _ in range(4))
         self._penalties = PlanePenalties(across, down, np.float32(MOST))
         self._map = CellMap(
-            zeros(shape, np.float32), zeros((*shape, 3), np.float32),
+            zeros(shape, np.float32), zeros(of_planes, np.float32),
             *(zeros(shape, np.bool_) for _ in range(2)))
         self._doubts = zeros(shape, np.uint8)
-        self._proposal = zeros((*shape, 3), np.float32)
+        self._proposal = zeros(of_planes, np.float32)
         self._trusted, self._selected = (zeros(shape, np.bool_) for _ in range(2))
         self._labels, self._numbers, self._old, self._new = (
             zeros(shape, np.int32) for _ in range(4))
@@ -101,8 +105,8 @@ class FrameEvolution:
         self._points, self._planes = zeros(3 * cells, np.float32), zeros((most, 3), np.float32)
         self._known, self._starts = zeros((3, most), np.int64), zeros(most + 1, np.int32)
         self._chosen, self._ends = (zeros(most, np.int32) for _ in range(2))
-        self._nearest = [zeros(possibility.right.columns // 2 + 1, np.float32)
-                         for _ in range(MOST_PARTS)]
+        self._nearest = [(zeros(possibility.right.columns // 2 + 2, np.float32),
+                          zeros(shape[1], np.int32)) for _ in range(MOST_PARTS)]
         self._lines = [(zeros((2, 4, shape[1] + 1), np.float32), zeros(shape[1], np.uint8))
                        for _ in range(MOST_PARTS)]
         self._roots = np.rint(ROOT_PARTS * np.sqrt(np.arange(256))).astype(np.int32)
@@ -111,7 +115,7 @@ class FrameEvolution:
             SMOOTH * costs.UNIT * np.maximum(np.exp(-steps / EDGE), LEAST_EDGE))
         # which states may keep: memory of its own
         self._unevolved = Genes(
-            np.zeros((*shape, 3), np.float32), *np.zeros((2, *shape), np.uint8), None)
+            np.zeros(of_planes, np.float32), *np.zeros((2, *shape), np.uint8), None)
         self.carried, self.fitness, self.converged = None, zeros(1), True
         self._durations = Durations()
 
@@ -180,8 +184,8 @@ class FrameEvolution:
                             self._doubts, *widened(band, REACH, self._shape[0]))
             grid.edge_weights(half_luminance, self._roots, self._by_step, *self._penalties[:2],
                               *rows)
-            grid.follow_map(tuple(cell_map), REACH, np.float32(STEEPEST), tuple(genes), *rows)
-            costs.disparities_of(genes.planes, self._highest, self._current, *rows)
+            grid.follow_map(tuple(cell_map), REACH, np.float32(STEEPEST), tuple(genes),
+                            self._highest, self._current, *rows)
             grid.trust_visible(self._current, cell_map.consistent, genes.origin, target_range[0],
                                self._nearest[band[0]], self._trusted, *rows)
         self._pool.each(follow, self._bands)
@@ -198,14 +202,14 @@ class FrameEvolution:
             return
         regions, number = self._grown(random)
         known, starts = self._known[:, :number], self._starts
-        grid.rank_regions(regions, self._doubts, self.carried.proposals, *known)
+        rank_regions(regions, self._doubts, self.carried.proposals, *known)
         cells, doubt, proposals = known
         order = np.argsort(-(1 + doubt / cells) / (1 + proposals / cells), kind='stable')
-        number = grid.choose_regions(order, cells, self._labels.size // SHARE,
-                                     self._chosen[:number], starts)
+        number = choose_regions(order, cells, self._labels.size // SHARE,
+                                self._chosen[:number], starts)
         region_pixels, planes = (starts[:number + 1], self._pixels), self._planes[:number]
-        grid.list_chosen(regions, self._chosen, region_pixels, self._ends[:number], self._labels,
-                         self._selected, self.carried.proposals)
+        list_chosen(regions, self._chosen, region_pixels, self._ends[:number], self._labels,
+                    self._selected, self.carried.proposals)
         edges = np.searchsorted(
             starts[:number], starts[number] * np.arange(PARTS) / PARTS).tolist()
         tried = ROUNDS, np.float32(AGREEMENT), 1.0, random.key
@@ -220,23 +224,29 @@ class FrameEvolution:
                         self._selected)
         chain = Chain(self._pool)
         chain.each(fit, list(pairwise([*edges, number])))
-        chain.each(lambda band: grid.propose_planes(
-            self.carried.planes, (self._labels, planes), self._quiet, self._highest,
-            self._selected, (self._proposal, self._proposed), *band[1:]), self._bands)
-        self._measure(chain)
+        chain.each(lambda band: propose_planes(
+            (self._labels, planes), self._quiet, self._highest, self._selected,
+            (self._proposal, self._proposed), *band[1:]), self._bands)
+        parents = (self.carried.planes, self._old), (self._proposal, self._new)
+        self._measure(chain, parents)
         chain.run()
         reject_unfounded(
             self._labels, (self._current, self._old), (self._proposed, self._new), self._trusted,
             tuple(DEMANDS), tuple(self._sets), self._selected)
-        self._accept(self._cut, random, True)
+        self._accept(self._cut, random, parents, True)
 
     def _cross_with_map(self, population, random):
         """Cross: replace evolved genes by those of the map of this frame where that is fitter."""
-        if not _proposes_planes(random) and grid.propose_map(
-                tuple(self.carried), self._current, tuple(self._map), np.float32(STALE),
-                self._selected, self._proposal):
-            self._measure(self._pool)
-            self._accept(self._cut.regions, random, False)
+        if _proposes_planes(random):
+            return
+        chain, found = Chain(self._pool), self._map
+        chain.each(lambda band: select_stale(
+            self.carried.evolved, self._current, found.disparities, np.float32(STALE),
+            self._selected, *band[1:]), self._bands)
+        parents = (self.carried.planes, self._old), (found.tangents, self._new)
+        self._measure(chain, parents)
+        chain.run()
+        self._accept(self._cut.regions, random, parents, False)
 
     def _grown(self, random):
         """Return the regions of random thresholds, as `GreyRegions.grown`."""
@@ -247,41 +257,35 @@ class FrameEvolution:
                                 Likeness(step, apart, OVERLAP), SMALLEST)
         return self._grey_regions.grown
 
-    def _measure(self, pool):
+    def _measure(self, chain, parents):
         """
-        Write the costs of the matches of the genes and of the proposal, where selected.
+        Write the costs of the matches of both parents, where selected.
 
-        pool: a ThreadPool, or a Chain whose stage before selects the same bands
+        chain: a Chain whose stage before selects the same bands
         """
         features, largest = tuple(self._possibility.features), self._possibility.model.largest
 
         def measure(band):
-            for parent in self._parents:
+            for parent in parents:
                 grid.grid_costs(features, largest, self._target_range, self.carried.origin,
-                                self._selected, parent, *band[1:])
-        pool.each(measure, self._bands, beside(self._bands))
+                                (self._trusted, UNTRUSTED), self._selected, parent, *band[1:])
+        chain.each(measure, self._bands, beside(self._bands))
 
     @property
     def _bands(self):
         """The parts of the grid for the threads of the pool."""
         return self._pool.parts(self._shape[0])
 
-    @property
-    def _parents(self):
-        """The fields of the `Parent`s: the genes, and the proposal."""
-        return (self.carried.planes, self._old), (self._proposal, self._new)
-
-    def _accept(self, crossover, random, evolved):
-        """Take the genes of the proposal that a crossover chooses; evolved: their mark."""
-        parents, exchange, rows = self._parents, self._exchange, self._shape[0]
-        for found in (self._old, self._new):
-            costs.trusted_costs(found, self._trusted, UNTRUSTED, found, 0, rows)
+    def _accept(self, crossover, random, parents, evolved):
+        """Take the genes of the second parent that a crossover chooses; evolved: their mark."""
+        exchange = self._exchange
+        parents = [(planes.transpose(0, 2, 1), found) for planes, found in parents]
         exchange.set_size(costs.list_cells(self._selected, exchange.all_cells))
         costs.fill_exchange(*parents, tuple(self._penalties), self._selected, self._numbers,
                             exchange.changes())
         self.fitness -= crossover(exchange, random) / (costs.UNIT * self._labels.size)
         costs.take_planes(*parents, exchange.cells, exchange.taken)
-        grid.mark_taken(exchange.cells, exchange.taken, evolved, self.carried.evolved)
+        mark_taken(exchange.cells, exchange.taken, evolved, self.carried.evolved)
 
 
 class NothingInherited(FrameEvolution):

@@ -45,7 +45,7 @@ class RealtimeState(NamedTuple):
     The part of the profile in a `FrameState`.
 
     labels: uint8 or uint16 (R, C), the best chromosome; validity: uint8 (R, C), 0 = consistent;
-    planes: float32 (R / 2, C / 2, 3), evolved, proposals: uint8 (R / 2, C / 2), origin: uint8
+    planes: float32 (R / 2, 3, C / 2), evolved, proposals: uint8 (R / 2, C / 2), origin: uint8
     (2,), the chromosome of planes, see grid.Genes; census, survived: see
     moved_prior.MovedPrior.note; still to still_confidence: see still_scene.StillResult
     """
@@ -83,7 +83,7 @@ class RealtimeState(NamedTuple):
         result = np.float32, shape if self.still >= SETTLED else (0, 0)
         seen = (shape, cells) if np.size(self.census) else ((0, 0), (0, 0))
         return {'labels': (gene_type(labels), shape), 'validity': (np.uint8, shape),
-                'planes': (np.float32, (*cells, 3)), 'evolved': (np.uint8, cells),
+                'planes': (np.float32, (cells[0], 3, cells[1])), 'evolved': (np.uint8, cells),
                 'proposals': (np.uint8, cells), 'origin': (np.uint8, (2,)),
                 'census': (np.uint32, seen[0]), 'survived': (np.uint8, seen[1]),
                 'still_disparity': result, 'still_confidence': result}

@@ -6,7 +6,7 @@ from dataclasses import replace
 from bench.datasets import with_noise
 from census_scene import random_map, seen, small_pair, twin_costs
 from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
-from fuzzy_stereo_ros.matching.kernels.planes import costs, grid, grid_labels
+from fuzzy_stereo_ros.matching.kernels.planes import costs, grid, grid_labels, grid_proposals
 from fuzzy_stereo_ros.matching.kernels.possibility.features import MARGIN
 from fuzzy_stereo_ros.matching.kernels.units import CONSISTENT, INVALID
 from fuzzy_stereo_ros.synthetic.scenes import make_pair
@@ -31,6 +31,11 @@ def planes_of(shape, seed=0, slope=0.3, highest=9):
     return planes
 
 
+def stored(planes):
+    """Return planes, float32 (r, c, 3), as the grid stores them, (r, 3, c)."""
+    return np.ascontiguousarray(planes.swapaxes(1, 2))
+
+
 def cells_of(shape):
     return shape[0] // 2, shape[1] // 2
 
@@ -48,12 +53,51 @@ def test_genes_move_with_the_picture_where_it_shows_the_same(shape, shift):
     cells, tiles = cells_of(shape), tiles_of(shape)
     genes = planes_of(cells), random_map(cells, 2), random_map(cells, 200, 1)
     choices, quiet = random_map(tiles, 2, 2, np.int8), random_map(tiles, 2, 3)
-    found = [np.zeros_like(part) for part in genes]
+    mine = stored(genes[0]), *genes[1:]
+    found = [np.full_like(part, 9) for part in mine]
     origin = np.zeros(2, np.uint8)
     for first, last in ((0, 1), (1, cells[0])):
-        grid.move_genes((*genes, origin), choices, quiet, shift, (*found, origin), first, last)
-    for mine, twin in zip(found, twins.moved(*genes, choices, quiet, shift)):
-        np.testing.assert_allclose(mine, twin, atol=1e-4)
+        grid.move_genes((*mine, origin), choices, quiet, shift, (*found, origin), first, last)
+    planes, *twin = twins.moved(*genes, choices, quiet, shift)
+    for one, other in zip(found, (stored(planes), *twin)):
+        np.testing.assert_allclose(one, other, atol=1e-4)
+
+
+@pytest.mark.parametrize('shape', SHAPES)
+@pytest.mark.parametrize('origin', [(0, 0), (0, 1), (1, 1)])
+@pytest.mark.parametrize('kind', [np.uint8, np.uint16])
+def test_cells_show_what_the_map_has_found_at_their_pixels(shape, origin, kind):
+    shape, cells = (shape[0] + 1, shape[1] + 1), cells_of(shape)
+    chromosome, labels = random_map(shape, 4, dtype=kind), random_map(shape, 4, 1, kind)
+    offsets = (random_map(shape, 17, 2) - np.int64(8)).astype(np.int8)
+    validity, margins = random_map(shape, 3, 3), random_map(shape, 50, 4)
+    found = [np.zeros(cells, kind) for kind in (np.float32, np.float32, bool, bool, np.uint8)]
+    grid.sample_map((chromosome, labels, offsets, validity), margins, 24, np.uint8(origin),
+                    tuple(found[:4]), found[4], 0, cells[0])
+    twin = twins.sampled(*(one[origin[0]::2, origin[1]::2][:cells[0], :cells[1]] for one in (
+        chromosome, labels, offsets, validity, margins)), 24)
+    for place, expected in zip((0, 2, 3, 4), twin):
+        np.testing.assert_array_equal(found[place], expected)
+
+
+@pytest.mark.parametrize('shape', SHAPES)
+def test_genes_that_have_not_evolved_follow_the_map(shape):
+    cells = cells_of(shape)
+    disparities, mutated = np.float32(random_map(cells, 4)), random_map(cells, 4, 1) == 0
+    planes, evolved = planes_of(cells, 2), random_map(cells, 2, 3)
+    tangents, current = stored(np.zeros_like(planes)), np.zeros(cells, np.float32)
+    tangent = twins.tangents(disparities, 2, 1.5)
+    expected = np.where(evolved[..., None] > 0, planes, tangent)
+    found, marks = stored(planes), evolved.copy()
+    for first, last in ((0, 1), (1, cells[0])):
+        grid.follow_map((disparities, tangents, None, mutated), 2, np.float32(1.5),
+                        (found, marks, None, None), np.float32(9), current, first, last)
+    np.testing.assert_allclose(tangents, stored(tangent), atol=1e-5)
+    np.testing.assert_allclose(found, stored(expected), atol=1e-5)
+    np.testing.assert_array_equal(marks, evolved | mutated)
+    rows, columns = np.indices(cells)
+    np.testing.assert_allclose(current, np.clip(
+        expected[..., 0] * columns + expected[..., 1] * rows + expected[..., 2], 0, 9), atol=1e-4)
 
 
 @pytest.mark.parametrize('shape', SHAPES)
@@ -65,23 +109,26 @@ def test_matches_of_planes_cost_what_lies_between_those_of_their_labels(
     left, right = small_pair(*shape)
     possibility = seen(left, right, disparities, min_disparity)
     planes, selected = planes_of(cells), random_map(cells, 2, dtype=bool)
+    trusted = random_map(cells, 2, 8, bool)
     inside = min_disparity, min_disparity + shape[1] - 1
     found = np.full(cells, -1, np.int32)
     grid.grid_costs(tuple(possibility.features), possibility.model.largest, inside,
-                    np.uint8(origin), selected, (planes, found), 0, cells[0])
+                    np.uint8(origin), (trusted, 64), selected, (stored(planes), found), 0,
+                    cells[0])
     twin = twins.costs(twin_costs(left, right, disparities, min_disparity), planes, origin, inside,
                        possibility.model.largest, costs.UNIT)
+    twin = np.where(trusted, twin, twin // 4)
     assert (found[~selected] == -1).all()
     np.testing.assert_allclose(found[selected], twin[selected], atol=1)
 
 
 def test_planes_that_are_not_finite_cost_as_much_as_impossible_matches():
     possibility = seen(*small_pair(4, 40), 10)
-    planes = np.full((2, 20, 3), np.nan, np.float32)
+    planes = np.full((2, 3, 20), np.nan, np.float32)
     planes[1] = 1e30
-    found = np.zeros((2, 20), np.int32)
+    found, everywhere = np.zeros((2, 20), np.int32), np.ones((2, 20), bool)
     grid.grid_costs(tuple(possibility.features), possibility.model.largest, (0, 39),
-                    np.zeros(2, np.uint8), np.ones((2, 20), bool), (planes, found), 0, 2)
+                    np.zeros(2, np.uint8), (everywhere, 0), everywhere, (planes, found), 0, 2)
     assert (found == costs.UNIT).all()
 
 
@@ -89,15 +136,13 @@ def test_planes_that_are_not_finite_cost_as_much_as_impossible_matches():
 @pytest.mark.parametrize('right, begin', [(0, 0), (1, -4), (1, 7)])
 def test_trusted_is_what_is_consistent_and_not_hidden_by_something_nearer(shape, right, begin):
     cells = cells_of(shape)
-    planes, consistent = planes_of(cells, slope=0), random_map(cells, 4) > 0
-    disparities, trusted = np.zeros(cells, np.float32), np.zeros(cells, bool)
-    nearest = np.zeros(shape[1] // 2 + 3, np.float32)
-    costs.disparities_of(planes, np.float32(9), disparities, 0, cells[0])
-    np.testing.assert_array_equal(disparities, np.clip(planes[..., 2], 0, 9))
-    grid.trust_visible(disparities, consistent, np.array([0, right], np.uint8), begin, nearest,
+    disparities = np.clip(planes_of(cells, slope=0)[..., 2], 0, 9)
+    consistent, trusted = random_map(cells, 4) > 0, np.zeros(cells, bool)
+    memory = np.zeros(shape[1] // 2 + 4, np.float32), np.zeros(cells[1], np.int32)
+    grid.trust_visible(disparities, consistent, np.array([0, right], np.uint8), begin, memory,
                        trusted, 0, cells[0])
     np.testing.assert_array_equal(
-        trusted, consistent & twins.visible(disparities, right, begin, nearest.size))
+        trusted, consistent & twins.visible(disparities, right, begin, shape[1] // 2 + 3))
 
 
 @pytest.mark.parametrize('shape', SHAPES)
@@ -109,7 +154,7 @@ def test_pixels_take_the_planes_of_the_evolved_cells_that_are_like_them(shape, o
     chromosome = random_map(shape, 10, 6)
     found, labels = chromosome.copy(), chromosome.copy()
     offsets, validity = np.full(shape, 99, np.int8), np.full(shape, 9, np.uint8)
-    genes = planes, evolved, np.zeros_like(evolved), np.uint8(origin)
+    genes = stored(planes), evolved, np.zeros_like(evolved), np.uint8(origin)
     frame_map = found, labels, offsets, validity
     memory = np.zeros((2, 4, cells[1] + 1), np.float32), np.zeros(cells[1], np.uint8)
     for first, last in ((0, cells[0] // 2), (cells[0] // 2, cells[0])):
@@ -131,8 +176,8 @@ def test_regions_of_which_too_few_trusted_cells_lie_near_their_planes_are_reject
     planes = np.array([(0.1, 0.2, 1), (0, 0, 2), (0.5, 0, 0)], np.float32)
     for share in (0.2, 0.5, 0.9):
         selected = np.ones(shape, bool)
-        costs.reject_bent(planes, (starts, pixels), disparities, trusted, np.float32(1), share,
-                          selected)
+        grid_proposals.reject_bent(planes, (starts, pixels), disparities, trusted, np.float32(1),
+                                   share, selected)
         for plane, first, last in zip(planes, starts, starts[1:]):
             row, column = np.divmod(pixels[first:last], shape[1])
             known = trusted[row, column]
@@ -145,7 +190,7 @@ def test_regions_of_which_too_few_trusted_cells_lie_near_their_planes_are_reject
 def test_regions_are_chosen_in_order_as_far_as_they_fit():
     numbers, starts = np.zeros(4, np.int32), np.zeros(5, np.int32)
     cells = np.array([30, 50, 10, 20])
-    assert grid.choose_regions(np.array([1, 0, 3, 2]), cells, 65, numbers, starts) == 2
+    assert grid_proposals.choose_regions(np.array([1, 0, 3, 2]), cells, 65, numbers, starts) == 2
     np.testing.assert_array_equal(numbers, [-1, 0, 1, -1])
     np.testing.assert_array_equal(starts[:3], [0, 50, 60])
 

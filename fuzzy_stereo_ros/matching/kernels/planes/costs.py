@@ -44,7 +44,7 @@ class Supports(NamedTuple):
 class Parent(NamedTuple):
     """A parent of a crossover of planes."""
 
-    planes: np.ndarray       # float32 (R, C, 3)
+    planes: np.ndarray       # float32 (R, C, 3), may be a view of memory in another order
     costs: np.ndarray        # int (R, C), of the matches
 
 
@@ -291,8 +291,13 @@ def trusted_costs(raw, trusted, little, costs, first, last):
     """
     for row in range(first, last):
         for column in range(raw.shape[1]):
-            cost = raw[row, column]
-            costs[row, column] = cost if trusted[row, column] else cost * little // TRUSTED
+            costs[row, column] = trusted_cost(raw[row, column], trusted[row, column], little)
+
+
+@inlined
+def trusted_cost(cost, trusted, little):
+    """Return a cost times the trust in it, see trusted_costs."""
+    return cost if trusted else cost * little // TRUSTED
 
 
 @kernel
@@ -303,32 +308,6 @@ def disparities_of(planes, highest, result, first, last):
             one = planes[row, column]
             disparity = one[0] * np.float32(column) + one[1] * np.float32(row) + one[2]
             result[row, column] = min(max(disparity, np.float32(0)), highest)
-
-
-@kernel
-def reject_bent(planes, region_pixels, disparities, trusted, near, share, selected):
-    """
-    Reject regions of which too few trusted pixels lie near their planes.
-
-    planes: float32 (n, 3); region_pixels: the fields of fits.RegionPixels; near: px; share: of the
-    trusted pixels; disparities: float32 (R, C), px; trusted: bool (R, C); selected: bool (R, C),
-    set to false in regions that are rejected
-    """
-    starts, pixels = region_pixels
-    columns = selected.shape[1]
-    for region in range(planes.shape[0]):
-        slope, fall, offset = planes[region]
-        mine = pixels[starts[region]:starts[region + 1]]
-        known = agreeing = 0
-        for pixel in mine:
-            row, column = pixel // columns, pixel % columns
-            if trusted[row, column]:
-                known += 1
-                agreeing += abs(slope * np.float32(column) + fall * np.float32(row) + offset
-                                - disparities[row, column]) < near
-        if agreeing < share * max(known, 1):
-            for pixel in mine:
-                selected[pixel // columns, pixel % columns] = False
 
 
 class Demands(NamedTuple):

@@ -5,12 +5,15 @@ Plane genes on a grid of every other pixel of every other row.
 
 Cell (r, x) of the grid is the pixel (2 r + down, 2 x + right); down and right are 0 or 1 and move
 with the picture, so that a cell stays with what it shows. The planes (a, b, c) are those of grid
-coordinates: the disparity of cell (r, x), in px of the image, is a x + b r + c.
+coordinates: the disparity of cell (r, x), in px of the image, is a x + b r + c. A row has all its
+a, then all its b, then all its c, so that loops over cells work with vectors; the loops are those
+of functions that get few arrays, since the compiler tests each pair for overlap before it uses
+vectors.
 """
 from typing import NamedTuple
 
-from fuzzy_stereo_ros.matching.kernels.compiled import inlined, kernel
-from fuzzy_stereo_ros.matching.kernels.planes.costs import UNIT
+from fuzzy_stereo_ros.matching.kernels.compiled import called, inlined, kernel
+from fuzzy_stereo_ros.matching.kernels.planes.costs import trusted_cost, UNIT
 from fuzzy_stereo_ros.matching.kernels.possibility.costs import Features, match_cost
 from fuzzy_stereo_ros.matching.kernels.possibility.features import copy_row, MARGIN
 from fuzzy_stereo_ros.matching.kernels.temporal.change_detection import TILE
@@ -21,7 +24,7 @@ import numpy as np
 class Genes(NamedTuple):
     """The chromosome of planes, as the next frame inherits it."""
 
-    planes: np.ndarray       # float32 (r, c, 3), of cells
+    planes: np.ndarray       # float32 (r, 3, c), of cells
     evolved: np.ndarray      # uint8 (r, c), 0 where a gene follows the map
     proposals: np.ndarray    # uint8 (r, c), how often a plane was proposed
     origin: np.ndarray       # uint8 (2,), pixel of the first cell: down, right
@@ -40,7 +43,7 @@ class CellMap(NamedTuple):
     """The same map at the cells."""
 
     disparities: np.ndarray  # float32 (r, c), px
-    tangents: np.ndarray     # float32 (r, c, 3), the planes through it
+    tangents: np.ndarray     # float32 (r, 3, c), the planes through it
     consistent: np.ndarray   # bool (r, c)
     mutated: np.ndarray      # bool (r, c), consistent ones whose label the chromosome has changed
 
@@ -60,25 +63,31 @@ def move_genes(genes, choices, quiet, shift, moved_genes, first, last):
     rows, columns = evolved.shape
     side = TILE // 2
     for row in range(first, last):
-        for tile in range(quiet.shape[1]):
-            begin, end = tile * side, min((tile + 1) * side, columns)
-            here = row // side, tile
-            y, moved = (row - down, right) if choices[here] != 0 else (row, 0)
-            from_, to = begin, begin        # of the cells of this tile that come over
-            if quiet[here] != 0 and 0 <= y < rows:
-                from_, to = max(begin, moved), min(end, columns + moved)
-            for column in range(begin, end):
-                if not from_ <= column < to:
-                    moved_evolved[row, column] = moved_proposals[row, column] = 0
-                    moved_planes[row, column] = 0
-            for column in range(from_, to):
-                x = np.uint64(column - moved)
-                slope, fall, offset = planes[y, x, 0], planes[y, x, 1], planes[y, x, 2]
-                moved_evolved[row, column] = evolved[y, x]
-                moved_proposals[row, column] = proposals[y, x]
-                moved_planes[row, column, 0], moved_planes[row, column, 1] = slope, fall
-                moved_planes[row, column, 2] = (offset - slope * np.float32(moved)
-                                                - fall * np.float32(row - y))
+        moved_planes[row], moved_evolved[row], moved_proposals[row] = 0, 0, 0
+        chosen, shown, tile = choices[row // side], quiet[row // side], 0
+        while tile < shown.size:
+            run = tile      # of tiles alike
+            while (tile < shown.size and chosen[tile] == chosen[run]
+                   and shown[tile] == shown[run]):
+                tile += 1
+            y, moved = (row - down, right) if chosen[run] != 0 else (row, 0)
+            begin, end = max(run * side, moved), min(tile * side, columns, columns + moved)
+            if shown[run] == 0 or y < 0 or y >= rows or begin >= end:
+                continue
+            copy_row(evolved[y, begin - moved:], moved_evolved[row, begin:end])
+            copy_row(proposals[y, begin - moved:], moved_proposals[row, begin:end])
+            for part in range(2):
+                copy_row(planes[y, part, begin - moved:], moved_planes[row, part, begin:end])
+            _move_offsets(planes[y, 2, begin - moved:], moved_planes[row, :, begin:end],
+                          np.float32(row - y), np.float32(moved))
+
+
+@called
+def _move_offsets(offsets, planes, down, right):
+    """Write the offsets of planes that have moved, float32 (3, n), from those before."""
+    slopes, falls, moved = planes[0], planes[1], planes[2]
+    for column in range(moved.size):
+        moved[column] = offsets[column] - slopes[column] * right - falls[column] * down
 
 
 @kernel
@@ -94,29 +103,53 @@ def sample_map(frame_map, margins, clear, origin, cell_map, doubts, first, last)
     down, right = np.int64(origin[0]), np.int64(origin[1])
     for row in range(first, last):
         y = 2 * row + down
-        for column in range(cells.disparities.shape[1]):
-            x = 2 * column + right
-            label, validity = np.int32(found.chromosome[y, x]), found.validity[y, x]
-            disparity = np.float32(label)
-            if label == np.int32(found.labels[y, x]):
-                disparity += np.float32(found.offsets[y, x]) / np.float32(STEPS)
-            cells.disparities[row, column] = disparity
-            cells.consistent[row, column] = validity != INVALID
-            cells.mutated[row, column] = validity != INVALID and abs(
-                label - np.int32(found.labels[y, x])) > 1
-            doubts[row, column] = clear - (
-                min(np.int64(margins[y, x]), clear) if validity == CONSISTENT else 0)
+        _sample(found.chromosome[y], found.labels[y], found.offsets[y], right,
+                cells.disparities[row])
+        _compare(found.chromosome[y], found.labels[y], found.validity[y], right,
+                 cells.consistent[row], cells.mutated[row])
+        _doubt(margins[y], found.validity[y], right, clear, doubts[row])
+
+
+@called
+def _sample(chromosome, labels, offsets, begin, disparities):
+    """Write the disparities of every other pixel of a row, from `begin` on."""
+    for column in range(disparities.size):
+        x = np.uint64(2 * column + begin)
+        offset = np.int32(offsets[x]) if chromosome[x] == labels[x] else np.int32(0)
+        steps = np.int32(chromosome[x]) * np.int32(STEPS) + offset
+        disparities[column] = np.float32(steps) * np.float32(1 / STEPS)
+
+
+@called
+def _compare(chromosome, labels, validity, begin, consistent, mutated):
+    """Write which of those pixels are consistent, and which of these have another label."""
+    for column in range(consistent.size):
+        x = np.uint64(2 * column + begin)
+        valid = validity[x] != INVALID
+        consistent[column] = valid
+        mutated[column] = valid & (abs(np.int32(chromosome[x]) - np.int32(labels[x])) > 1)
+
+
+@called
+def _doubt(margins, validity, begin, clear, doubts):
+    """Write how far the margin of each of those pixels is from a clear one."""
+    for column in range(doubts.size):
+        x = np.uint64(2 * column + begin)
+        margin = min(np.int32(margins[x]), np.int32(clear))
+        doubts[column] = np.int32(clear) - (
+            margin if validity[x] == CONSISTENT else np.int32(0))
 
 
 @kernel
-def follow_map(cell_map, reach, limit, genes, first, last):
+def follow_map(cell_map, reach, limit, genes, highest, current, first, last):
     """
     Reset unevolved genes to the tangent planes of a map; its mutated cells count as evolved.
 
     The planes through the cells of the map are sloped as the neighbours `reach` cells away are.
 
     cell_map: the fields of CellMap, whose tangents are written; limit: px by which those
-    neighbours may differ; genes: the fields of Genes
+    neighbours may differ; genes: the fields of Genes; highest: px; current: float32 (r, c), the
+    disparities of all genes, px, written
     """
     disparities, tangents, _, mutated = cell_map
     planes, evolved, _, _ = genes
@@ -125,39 +158,72 @@ def follow_map(cell_map, reach, limit, genes, first, last):
         here, above, below = disparities[row], disparities[row], disparities[row]
         if reach <= row < rows - reach:
             above, below = disparities[row - reach], disparities[row + reach]
-        for column in range(columns):
-            slope = np.float32(0)
-            if reach <= column < columns - reach:
-                slope = _slope(here[column - reach], here[column], here[column + reach], reach,
-                               limit)
-            fall = _slope(above[column], here[column], below[column], reach, limit)
-            found = tangents[row, column]
-            found[0], found[1] = slope, fall
-            found[2] = here[column] - slope * np.float32(column) - fall * np.float32(row)
-        for column in range(columns):
-            if not evolved[row, column]:
-                for part in range(3):
-                    planes[row, column, part] = tangents[row, column, part]
-            evolved[row, column] |= mutated[row, column]
+        slopes, falls = tangents[row, 0], tangents[row, 1]
+        slopes[:] = 0
+        _rise(here, here[reach:], here[2 * reach:], reach, limit,
+              slopes[reach:max(columns - reach, reach)])
+        _rise(above, here, below, reach, limit, falls)
+        _touch(here, np.float32(row), tangents[row])
+        for part in range(3):
+            _follow(tangents[row, part], evolved[row], planes[row, part])
+        _mark(mutated[row], evolved[row])
+        _disparities(planes[row], np.float32(row), highest, current[row])
 
 
-@inlined
-def _slope(before, here, after, reach, limit):
-    """Return how much a map rises from cell to cell, 0 where it jumps by `limit` or more."""
-    flat = (abs(before - here) < limit) & (abs(after - here) < limit)
-    return (after - before) / np.float32(2 * reach) if flat else np.float32(0)
+@called
+def _rise(before, here, after, reach, limit, slopes):
+    """Write how much a map rises from cell to cell, 0 where it jumps by `limit` or more."""
+    for column in range(slopes.size):
+        flat = ((abs(before[column] - here[column]) < limit)
+                & (abs(after[column] - here[column]) < limit))
+        slope = (after[column] - before[column]) / np.float32(2 * reach)
+        slopes[column] = slope if flat else np.float32(0)
+
+
+@called
+def _touch(disparities, row, planes):
+    """Write the offsets of planes, float32 (3, c), by which they have the disparities of a row."""
+    slopes, falls, offsets = planes[0], planes[1], planes[2]
+    for column in range(offsets.size):
+        offsets[column] = (disparities[column] - slopes[column] * np.float32(column)
+                           - falls[column] * row)
+
+
+@called
+def _follow(tangents, evolved, planes):
+    """Write a part of the planes of a row where these have not evolved."""
+    for column in range(planes.size):
+        tangent, plane = tangents[column], planes[column]
+        planes[column] = plane if evolved[column] else tangent
+
+
+@called
+def _mark(mutated, evolved):
+    """Let mutated cells of a row count as evolved."""
+    for column in range(evolved.size):
+        evolved[column] |= np.uint8(mutated[column])
+
+
+@called
+def _disparities(planes, row, highest, disparities):
+    """Write the disparities of the planes of a row, float32 (3, c), within 0 to highest."""
+    slopes, falls, offsets = planes[0], planes[1], planes[2]
+    for column in range(disparities.size):
+        disparity = slopes[column] * np.float32(column) + falls[column] * row + offsets[column]
+        disparities[column] = min(max(disparity, np.float32(0)), highest)
 
 
 @kernel
-def grid_costs(features, largest, target_range, origin, selected, parent, first, last):
+def grid_costs(features, largest, target_range, origin, trust, selected, parent, first, last):
     """
-    Write what the matches of the selected cells cost, 0 to UNIT.
+    Write what the matches of the selected cells cost, 0 to UNIT, times the trust in them.
 
     features: the fields of Features; largest: cost of the least possible match; target_range:
     first and last column of the target that exist, beyond which half is paid; origin: of the
-    Genes; selected: bool (r, c); parent: the fields of a Parent
+    Genes; trust: as trusted_costs takes it, trusted and little; selected: bool (r, c); parent:
+    planes, float32 (r, 3, c), and costs, int32 (r, c), written
     """
-    features, (planes, costs) = Features(*features), parent
+    features, (trusted, little), (planes, costs) = Features(*features), trust, parent
     down, right = np.int64(origin[0]), np.int64(origin[1])
     top, scale = np.float32(features.disparities - 1), np.float32(UNIT) / np.float32(largest)
     for row in range(first, last):
@@ -165,25 +231,25 @@ def grid_costs(features, largest, target_range, origin, selected, parent, first,
         for column in range(selected.shape[1]):
             if not selected[row, column]:
                 continue
-            disparity = _disparity(planes[row, column], row, column)
-            if not (np.float32(-0.5) <= disparity <= top + np.float32(0.5)):
-                costs[row, column] = UNIT
-                continue
-            disparity = min(max(disparity, np.float32(0)), top)
-            label, x = np.int64(disparity), 2 * column + right
-            beyond = min(label + 1, features.disparities - 1)
-            if x - beyond < target_range[0] or x - label > target_range[1]:
-                costs[row, column] = UNIT // 2
-                continue
-            low = np.float32(match_cost(features, y, x, label))
-            high = np.float32(match_cost(features, y, x, beyond))
-            cost = low + (disparity - np.float32(label)) * (high - low)
-            costs[row, column] = np.int32(cost * scale + np.float32(0.5))
+            disparity, cost = plane_disparity(planes[row], row, column), UNIT
+            if np.float32(-0.5) <= disparity <= top + np.float32(0.5):
+                disparity = min(max(disparity, np.float32(0)), top)
+                label, x = np.int64(disparity), 2 * column + right
+                beyond = min(label + 1, features.disparities - 1)
+                cost = UNIT // 2
+                if x - beyond >= target_range[0] and x - label <= target_range[1]:
+                    low = np.float32(match_cost(features, y, x, label))
+                    high = np.float32(match_cost(features, y, x, beyond))
+                    between = low + (disparity - np.float32(label)) * (high - low)
+                    cost = np.int64(between * scale + np.float32(0.5))
+            costs[row, column] = trusted_cost(cost, trusted[row, column], little)
 
 
 @inlined
-def _disparity(plane, row, column):
-    return plane[0] * np.float32(column) + plane[1] * np.float32(row) + plane[2]
+def plane_disparity(planes, row, column):
+    """Return the disparity of a cell of a row of planes, float32 (3, c)."""
+    return (planes[0, column] * np.float32(column) + planes[1, column] * np.float32(row)
+            + planes[2, column])
 
 
 @kernel
@@ -203,143 +269,34 @@ def edge_weights(luminance, roots, by_step, across, down, first, last):
 
 
 @kernel
-def trust_visible(disparities, consistent, origin, begin, nearest, trusted, first, last):
+def trust_visible(disparities, consistent, origin, begin, memory, trusted, first, last):
     """
     Trust matches that are consistent and that nothing nearer of their row hides.
 
     disparities: float32 (r, c), px; consistent: bool (r, c); origin: of the Genes; begin: first
-    column of the target that exists; nearest: float32 (N,), memory, a cell for two columns of the
-    target; trusted: bool (r, c)
+    column of the target that exists; memory: float32 (n + 1,), for each two columns of the target
+    the nearest that is seen there, and one for all beyond; int32 (c,), by cell, where it is seen;
+    trusted: bool (r, c)
     """
-    columns, right = trusted.shape[1], np.int64(origin[1])
+    nearest, places = memory
     for row in range(first, last):
+        line = disparities[row]
+        _point(line, np.int32(origin[1]), np.int32(begin), np.int32(nearest.size - 1), places)
         nearest[:] = -1
-        for column in range(columns):
-            disparity = disparities[row, column]
-            place = (np.int64(np.rint(2 * column + right - disparity)) - begin) >> 1
-            if 0 <= place < nearest.size:
-                nearest[place] = max(nearest[place], disparity)
-        for column in range(columns):
-            disparity = disparities[row, column]
-            place = (np.int64(np.rint(2 * column + right - disparity)) - begin) >> 1
-            trusted[row, column] = (consistent[row, column] and 0 <= place < nearest.size
-                                    and nearest[place] <= disparity + 1)
+        for column in range(line.size):
+            place = np.uint64(places[column])
+            nearest[place] = max(nearest[place], line[column])
+        nearest[nearest.size - 1] = np.inf
+        for column in range(line.size):
+            trusted[row, column] = consistent[row, column] & (
+                nearest[np.uint64(places[column])] <= line[column] + np.float32(1))
 
 
-@kernel
-def rank_regions(regions, doubts, proposals, cells, doubt, proposed):
-    """
-    Sum cells, doubt and proposals per region: int64 (N,).
-
-    regions: the fields of segments.Regions; doubts, proposals: uint8 (r, c), of the cells; cells,
-    doubt, proposed: their number and sums by region
-    """
-    begin, end, row_runs, region = regions
-    cells[:] = doubt[:] = proposed[:] = 0
-    for row in range(len(row_runs)):
-        for run in range(row_runs[row, 0], row_runs[row, 1]):
-            mine = region[run]
-            if mine < 0:
-                continue
-            cells[mine] += end[run] - begin[run]
-            for column in range(begin[run], end[run]):
-                doubt[mine] += doubts[row, column]
-                proposed[mine] += proposals[row, column]
-
-
-@kernel
-def choose_regions(order, cells, most, numbers, starts):
-    """
-    Choose the first regions of an order that hold at most so many cells; return how many.
-
-    numbers: int32 (N,), by region, -1 for the others; starts: int32 (N + 1,), of the chosen
-    """
-    numbers[:] = -1
-    number = starts[0] = 0
-    for mine in order:
-        if starts[number] + cells[mine] <= most:
-            starts[number + 1] = starts[number] + cells[mine]
-            numbers[mine] = number
-            number += 1
-    return number
-
-
-@kernel
-def list_chosen(regions, numbers, region_pixels, ends, labels, selected, proposals):
-    """
-    List the cells of the chosen regions, and count a proposal for each of these cells.
-
-    regions: the fields of segments.Regions; region_pixels: of fits.RegionPixels, whose pixels are
-    written; ends: int32 (n,), memory; labels: int32 (r, c), its number; selected: bool (r, c)
-    """
-    begin, end, row_runs, region = regions
-    starts, pixels = region_pixels
-    copy_row(starts, ends)
-    selected[:] = False
-    for row in range(len(row_runs)):
-        for run in range(row_runs[row, 0], row_runs[row, 1]):
-            mine = numbers[region[run]] if region[run] >= 0 else -1
-            if mine < 0:
-                continue
-            for column in range(begin[run], end[run]):
-                pixels[ends[mine]] = row * selected.shape[1] + column
-                ends[mine] += 1
-                labels[row, column], selected[row, column] = mine, True
-                proposals[row, column] = min(proposals[row, column] + 1, 255)
-
-
-@kernel
-def propose_planes(planes, regions, quiet, highest, selected, proposed, first, last):
-    """
-    Write rows of a proposal: selected cells have the planes of their regions, others their own.
-
-    planes: float32 (r, c, 3); regions: int32 (r, c), the region of each selected cell, and
-    float32 (n, 3), the planes of regions; quiet: uint8 (tile rows, tile columns), 0 where nothing
-    is proposed; highest: px; selected: bool (r, c), set to false there; proposed: written,
-    float32 (r, c, 3), and float32 (r, c), the disparities of selected cells, px
-    """
-    (labels, region_planes), (proposal, disparities) = regions, proposed
-    for row in range(first, last):
-        for column in range(labels.shape[1]):
-            selected[row, column] &= quiet[2 * row // TILE, 2 * column // TILE] > 0
-            if selected[row, column]:
-                mine = labels[row, column]
-                for part in range(3):
-                    proposal[row, column, part] = region_planes[mine, part]
-                disparities[row, column] = min(max(
-                    _disparity(proposal[row, column], row, column), np.float32(0)), highest)
-            else:
-                for part in range(3):
-                    proposal[row, column, part] = planes[row, column, part]
-
-
-@kernel
-def propose_map(genes, current, cell_map, apart, selected, proposal):
-    """
-    Write a proposal: evolved cells more than `apart` px from a map lie in its tangent planes.
-
-    genes: the fields of Genes; current: float32 (r, c), px, their disparities; cell_map: the
-    fields of CellMap; selected: bool (r, c); proposal: float32 (r, c, 3); returns how many cells
-    these are
-    """
-    planes, evolved, _, _ = genes
-    disparities, tangents, _, _ = cell_map
-    number = 0
-    for row in range(selected.shape[0]):
-        for column in range(selected.shape[1]):
-            mine = evolved[row, column] > 0 and abs(
-                current[row, column] - disparities[row, column]) > apart
-            selected[row, column] = mine
-            number += mine
-            for part in range(3):
-                proposal[row, column, part] = (tangents if mine else planes)[row, column, part]
-    return number
-
-
-@kernel
-def mark_taken(cells, taken, kind, evolved):
-    """Write whether the genes of the taken cells have evolved: uint8 (r, c)."""
-    flat = evolved.reshape(-1)
-    for index in range(cells.size):
-        if taken[index]:
-            flat[cells[index]] = kind
+@called
+def _point(disparities, right, begin, beyond, places):
+    """Write the places in the target that the cells of a row point at, `beyond` for none."""
+    for column in range(places.size):
+        pointed = np.int32(np.rint(
+            np.float32(2 * np.int32(column) + right) - disparities[column])) - begin
+        place = pointed >> np.int32(1)
+        places[column] = place if (place >= 0) & (place < beyond) else beyond

@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 from fuzzy_stereo_ros.matching.kernels.addresses import next_byte
 from fuzzy_stereo_ros.matching.kernels.compiled import called, inlined, kernel
-from fuzzy_stereo_ros.matching.kernels.possibility.features import MARGIN
+from fuzzy_stereo_ros.matching.kernels.possibility.features import copy_row, MARGIN
 from fuzzy_stereo_ros.matching.kernels.units import CONSISTENT, INVALID, STEPS
 import numpy as np
 
@@ -36,19 +36,20 @@ def _like(luminance, y, x, row, column, down, right, shape):
     return best_row, best
 
 
-@inlined
+@called
 def _spread(planes, evolved, row, apart, lines):
     """Write disparity, slope, fall and tolerance of labels, px, of each cell of a row."""
-    columns = evolved.shape[1]
-    middle, slopes, falls, slack = lines[0], lines[1], lines[2], lines[3]
-    for column in range(columns):
-        slope, fall = planes[row, column, 0], planes[row, column, 1]
-        middle[column] = (slope * np.float32(column) + fall * np.float32(row)
-                          + planes[row, column, 2])
-        slopes[column], falls[column] = slope, fall
-        slack[column] = apart - _ROUNDING if evolved[row, column] else np.float32(np.inf)
+    middle, slack, offsets = lines[0], lines[3], planes[2]
+    for part in range(2):
+        copy_row(planes[part], lines[part + 1, :evolved.size])
+    slopes, falls = lines[1], lines[2]
+    for column in range(evolved.size):
+        middle[column] = (slopes[column] * np.float32(column) + falls[column] * np.float32(row)
+                          + offsets[column])
+    for column in range(evolved.size):
+        slack[column] = apart - _ROUNDING if evolved[column] else np.float32(np.inf)
     for line in range(4):
-        lines[line, columns] = lines[line, columns - 1]
+        lines[line, evolved.size] = lines[line, evolved.size - 1]
 
 
 @inlined
@@ -97,9 +98,10 @@ def write_labels(genes, trusted, luminance, apart, highest, frame_map, lines, fi
     of_cells, doubted = lines
     down, right = np.int64(origin[0]), np.int64(origin[1])
     (rows, columns), half = evolved.shape, np.float32(0.5)
-    _spread(planes, evolved, first, apart, of_cells[first & 1])
+    _spread(planes[first], evolved[first], first, apart, of_cells[first & 1])
     for row in range(first, last):
-        _spread(planes, evolved, min(row + 1, rows - 1), apart, of_cells[(row + 1) & 1])
+        below = min(row + 1, rows - 1)
+        _spread(planes[below], evolved[below], below, apart, of_cells[(row + 1) & 1])
         for y in range(2 * row + down, min(2 * row + down + 2, chromosome.shape[0])):
             lower = y - 2 * row - down
             for side in range(2):
@@ -116,9 +118,9 @@ def write_labels(genes, trusted, luminance, apart, highest, frame_map, lines, fi
                     r, c = _like(luminance, y, x, row, column, down, right, evolved.shape)
                     if not evolved[r, c]:
                         continue
-                    disparity = (planes[r, c, 0] * (half * np.float32(x - right))
-                                 + planes[r, c, 1] * (half * np.float32(y - down))
-                                 + planes[r, c, 2])
+                    disparity = (planes[r, 0, c] * (half * np.float32(x - right))
+                                 + planes[r, 1, c] * (half * np.float32(y - down))
+                                 + planes[r, 2, c])
                     disparity = min(max(disparity, np.float32(0)), highest)
                     if abs(disparity - np.float32(chromosome[y, x])) < apart:
                         continue
