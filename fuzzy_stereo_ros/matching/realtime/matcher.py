@@ -151,7 +151,7 @@ class RealtimeMatcher:
         if self._stages.vote is not None:
             self._half_size.mutate(chain, self._plain, views.target_range)
         if previous is not None:
-            chain.run()
+            chain.run()     # the previous best is compared with the half-size map
         previous_prior = self._stages.previous_best(warm, pool, previous, half)
         self._search.limit(chain, half.labels)
         chain.each(watch.lap, ['coarse'])
@@ -195,13 +195,15 @@ class RealtimeMatcher:
         labels = self._refinement.smooth(chain, chosen.labels, best, views.full.left.grey)
         disparity, confidence = self._refinement.write(
             chain, labels, chosen, warm.prior_margins, config)
+        if config.warm_start:
+            warm.keep(chain, labels, self._refinement.final_validity)
         chain.run()
         watch.lap('refinement')
         match = Match(disparity, confidence, history, watch.times,
                       previous_prior is not None or inherited, warm.motion)
         if config.warm_start:
             state = warm.next_state(
-                pool, labels, self._refinement, self.frames.carried, config, match, previous)
+                pool, self._refinement, self.frames.carried, config, match, previous)
             watch.lap('handing_on')
         self._durations.record(REFINING, sum(watch.times.values()) - before)
         return match, state

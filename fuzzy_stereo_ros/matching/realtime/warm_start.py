@@ -12,7 +12,7 @@ from dataclasses import replace
 from typing import NamedTuple
 
 from fuzzy_stereo_ros.matching.arrays import zeros
-from fuzzy_stereo_ros.matching.bands import widened
+from fuzzy_stereo_ros.matching.bands import beside, widened
 from fuzzy_stereo_ros.matching.kernels.planes.grid import Genes
 from fuzzy_stereo_ros.matching.kernels.scanlines import disparity_ranges
 from fuzzy_stereo_ros.matching.kernels.temporal import previous_best
@@ -229,15 +229,29 @@ class WarmStart:
                                   ages=self._averaging.ages, drifts=self._averaging.drifts,
                                   own=state.own._replace(**result._asdict()))
 
-    def next_state(self, pool, labels, refinement, genes, config, match, before=None):
+    def keep(self, pool, labels, validity):
         """
-        Return the FrameState of this frame, a copy.
+        Copy the best chromosome for the next frame, once its match is made.
 
-        labels: (R, C), of the best chromosome; refinement: the `Refinement` that has made the
-        match of it; genes: its `Genes`; config: the MatcherConfig; match: the `Match`; before: the
-        FrameState of the previous frame
+        pool: a ThreadPool, or a Chain; labels: (R, C); validity: uint8 (R, C), of them
         """
-        validity = refinement.final_validity
+        self._kept = np.empty_like(labels), np.empty_like(validity)
+
+        def copy(band):
+            rows = slice(*band[1:])
+            for source, kept in zip((labels, validity), self._kept):
+                kept[rows] = source[rows]
+        bands = pool.parts(len(labels))
+        pool.each(copy, bands, beside(bands))
+
+    def next_state(self, pool, refinement, genes, config, match, before=None):
+        """
+        Return the FrameState of this frame, with what `keep` copied.
+
+        refinement: the `Refinement` that has made the match; genes: its `Genes`; config: the
+        MatcherConfig; match: the `Match`; before: the FrameState of the previous frame
+        """
+        (labels, validity), self._kept = self._kept, None
         cells, *seen = self._moved_prior.note(
             pool, before, self._left.census, refinement.fine_labels)
         result = new_result(before, self._averaging.tiles, match)
@@ -245,4 +259,4 @@ class WarmStart:
         return FrameState(
             averaging.pictures, averaging.ages, averaging.drifts, NO_COLOURS,
             self._moving.state(cells, validity),
-            RealtimeState(labels.copy(), validity.copy(), *genes, *seen, *result), None, 0, config)
+            RealtimeState(labels, validity, *genes, *seen, *result), None, 0, config)
