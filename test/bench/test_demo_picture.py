@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 
+@pytest.mark.slow
 def test_a_panel_of_many_bits_is_drawn(tmp_path):
     pair = make_pair(40, 60, 16, bits=12)
     disparity = np.where(pair.visible, pair.truth, np.nan)

@@ -127,6 +127,7 @@ def test_a_bag_whose_writer_was_killed_has_its_whole_parts_and_is_continued(
     assert not (tmp_path / 'bag' / UNFINISHED).exists()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('storage', FORMATS)
 def test_where_the_disk_was_full_before_the_first_part_was_whole_there_is_no_bag(
         tmp_path, storage):

@@ -40,7 +40,8 @@ def regions(rejected):
 
 
 @pytest.mark.parametrize(('profile', 'threshold'), [
-    *((name, 0.0) for name in PROFILES), ('realtime', 0.5)])
+    *(pytest.param(name, 0.0, marks=[pytest.mark.slow] * (name == 'quality'))
+      for name in PROFILES), ('realtime', 0.5)])
 def test_small_holes_are_filled_and_all_else_stays_as_it_is(pairs, profile, threshold):
     plain, filled, found = (
         matched(pairs, profile, confidence_threshold=threshold, **changes)

@@ -388,7 +388,9 @@ def test_different_rates_leave_messages_over_that_are_counted(folder, capsys):
 
 
 @pytest.mark.skipif(not GENERATED.exists(), reason=f'there is no {GENERATED}')
-@pytest.mark.parametrize('name', ['kitti2012_000027_ros1.bag', 'kitti2012_000027_ros2_db3'])
+@pytest.mark.parametrize('name', [
+    pytest.param('kitti2012_000027_ros1.bag', marks=pytest.mark.slow),
+    'kitti2012_000027_ros2_db3'])
 def test_real_bags_give_what_their_images_give(folder, capsys, name):
     found = figures(capsys, GENERATED / name, disparities=96)
     assert found['topics']['left'] == '/stereo/left/image_rect'

@@ -159,7 +159,8 @@ def in_a_row(frames, anew=()):
 CONFIG = MatcherConfig(disparities=DISPARITIES)
 
 
-@pytest.mark.parametrize('profile, threads', [('realtime', 2), ('quality', 1)])
+@pytest.mark.parametrize('profile, threads', [
+    ('realtime', 2), pytest.param('quality', 1, marks=pytest.mark.slow)])
 def test_a_segment_is_matched_as_if_nothing_had_been_before(profile, threads):
     config = MatcherConfig.from_profile(profile, disparities=DISPARITIES, threads=threads)
     pairs = in_a_row(8, anew={5})

@@ -150,6 +150,7 @@ def test_an_interrupted_replay_has_the_video_of_what_was_matched(folder, capsys,
     assert len(film(folder / 'alone.avi')[0]) == 4
 
 
+@pytest.mark.slow
 def test_where_the_disk_is_full_for_a_video_there_is_none_and_the_bag_is_whole(folder):
     pairs = scene(8, rows=120, columns=240, noise=30.0)
     write_bag(folder / 'noisy', pairs=pairs)

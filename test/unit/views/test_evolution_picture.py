@@ -47,7 +47,7 @@ def check_origins(picture, snapshots):
 
 
 @pytest.mark.parametrize('profile, with_truth, origins', [
-    ('paper', True, 3), ('quality', False, 2)])
+    pytest.param('paper', True, 3, marks=pytest.mark.slow), ('quality', False, 2)])
 def test_the_still_shows_where_genes_come_from(tmp_path, profile, with_truth, origins):
     course, match, told = evolution(profile, with_truth)
     write_figure(tmp_path / 'still.png', evolution_figure(course, match))

@@ -61,7 +61,8 @@ def test_shown_are_the_first_the_last_and_some_between(number, expected):
     assert shown_frames(range(number)) == expected
 
 
-@pytest.mark.parametrize('profile', ['realtime', 'paper_live'])
+@pytest.mark.parametrize('profile', [
+    pytest.param('realtime', marks=pytest.mark.slow), 'paper_live'])
 def test_two_folders_are_a_sequence_of_frames(folders, tmp_path, capsys, profile):
     pytest.importorskip('matplotlib')
     picture, film = tmp_path / 'frames.png', tmp_path / 'frames.avi'
