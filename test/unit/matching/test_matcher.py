@@ -273,9 +273,9 @@ def test_what_lies_in_lent_memory_between_frames_and_before_the_search_does_not_
         memory[:] = np.random.default_rng(len(memory)).integers(0, 256, len(memory))
         limit = search.__class__.limit
 
-        def limited(half_labels):       # between the half-size search and the full one
+        def limited(*arguments):        # between the half-size search and the full one
             memory[:] = 255
-            limit(search, half_labels)
+            limit(search, *arguments)
         search.limit = limited
     assert results(disturb) == results(lambda search: None)
 
