@@ -4,7 +4,7 @@
 Compile the kernels that a matcher needs, in as many processes as there are cores.
 
 A process of its own makes a dry run of the warm-up, in which kernels are not compiled but note
-the types that they are called with. In a second round they write random numbers into the arrays
+the types that they are called with. In further rounds they write random numbers into the arrays
 that they get, so that the matcher takes all of its branches. Then it forks, and all of its copies
 compile. A kernel that the dry run misses is compiled by the warm-up itself.
 """
@@ -27,7 +27,7 @@ from fuzzy_stereo_ros.matching.kernels import compiled
 from fuzzy_stereo_ros.matching.matcher import warm_up_camera, warm_up_pairs
 import numpy as np
 
-ROUNDS = None, 2        # of a dry run: the seed of what kernels write, None for nothing
+ROUNDS = None, 1, 2     # of a dry run: seeds of what kernels write, None for nothing
 # level of LLVM, unless the user sets it: kernels are as fast as at 3, and compiled sooner
 OPTIMISATION = {'NUMBA_OPT': '2'}
 START = ('import json, sys; sys.path[:], config = json.loads(sys.argv[1]); '
@@ -140,7 +140,7 @@ def _fill(arguments, random):
             _fill(one, random)
         elif isinstance(one, np.ndarray) and one.flags.writeable:
             one[...] = (random.integers(0, 32, one.shape) if one.dtype.kind in 'iub'
-                        else random.uniform(0, 4.0**random.integers(1, 3), one.shape))
+                        else random.uniform(0, 4.0**random.integers(0, 3), one.shape))
 
 
 class _Answer(int):

@@ -19,7 +19,7 @@ def environment(folder, module):
     StereoMatcher().warm_up(*WARM_UP_SIZE)      # processes are started to compile them
     return {**os.environ, 'AUDITED_MODULE': module, 'AUDITED_NOTES': str(folder / 'notes'),
             'PYTHONPATH': os.pathsep.join([str(ROOT), str(ROOT / 'test' / 'support')]),
-            'HOME': str(folder / 'home')}
+            'HOME': str(folder / 'home'), 'PYTHONDONTWRITEBYTECODE': '1'}
 
 
 def is_cache(path):

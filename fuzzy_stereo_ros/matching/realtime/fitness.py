@@ -51,7 +51,7 @@ class CensusFitness:
         crossover are exact; needs: a rule of what each part needs, see `all_before`
         """
         bands = pool.parts(len(chromosome))
-        totals, fitness = [(0, 0)] * len(bands), np.zeros(1)
+        totals, fitness = np.zeros((len(bands), 2), np.int64), np.zeros(1)
 
         def measure_band(band):
             gene_cost.gene_costs(
@@ -60,7 +60,7 @@ class CensusFitness:
                 *self._possibility.penalties, chromosome, self._costs, every, band[1], band[2])
 
         def sum_up(totals):
-            total, number = map(sum, zip(*totals))
+            total, number = totals.sum(axis=0)
             fitness[0] = 1 - total / (self.largest_cost * number)
         pool.each(measure_band, bands, needs)
         pool.each(sum_up, [totals])
