@@ -32,7 +32,7 @@ from fuzzy_stereo_ros.matching.realtime.operators import GreyRegions, PARTS
 import numpy as np
 
 MUTATION = 0.5           # share of the generations that propose planes; the others cross
-SHARE = 6                # such a generation works on 1 / SHARE of the picture
+SHARE = 4                # such a generation works on 1 / SHARE of the picture
 QUIET, OLDEST = 0.5, 16  # planes evolve where this noise is left, or after so many frames
 REACH, STEEPEST = 2, 1.5     # tangent planes: cells between which slopes are taken; px of a jump
 CLEAR = 24               # margin of a label in the search from which there is no doubt
