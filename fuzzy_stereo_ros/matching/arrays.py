@@ -32,10 +32,19 @@ class _Block:
             if memory is None or self._used + size > BLOCK:
                 memory = np.zeros(BLOCK, np.uint8)
                 self._memory, self._used = ref(memory), -memory.ctypes.data % LINE
-            start = self._used
-            # Arrays of whole pages would begin at one place of a page, and evict each other.
-            self._used += -(-size // LINE) * LINE + LINE
+            start, self._used = self._used, _after(self._used, size)
         return memory[start:start + size]
+
+
+def _after(start, size):
+    """Return where the next array begins behind one of so many bytes."""
+    # Arrays of whole pages would begin at one place of a page, and evict each other.
+    return start + -(-size // LINE) * LINE + LINE
+
+
+def _size_of(shape, dtype):
+    """Return the bytes of an array."""
+    return dtype.itemsize * math.prod(np.atleast_1d(shape).tolist())
 
 
 _block = _Block()
@@ -44,7 +53,7 @@ _block = _Block()
 def zeros(shape, dtype=float):
     """Return an array of zeros, aligned to a cache line, in large pages where available."""
     dtype = np.dtype(dtype)
-    size = dtype.itemsize * math.prod(np.atleast_1d(shape).tolist())
+    size = _size_of(shape, dtype)
     if not SMALL <= size < OWN:
         return np.zeros(shape, dtype)
     return _block.cut(size).view(dtype).reshape(shape)
@@ -65,8 +74,8 @@ class Lent:
     def __call__(self, shape, dtype=float):
         """Return an array, aligned to a cache line."""
         dtype = np.dtype(dtype)
-        start, size = self._used, dtype.itemsize * math.prod(np.atleast_1d(shape).tolist())
+        start, size = self._used, _size_of(shape, dtype)
         if start + size > self._memory.size:
             return zeros(shape, dtype)
-        self._used += -(-size // LINE) * LINE + LINE
+        self._used = _after(start, size)
         return self._memory[start:start + size].view(dtype).reshape(shape)

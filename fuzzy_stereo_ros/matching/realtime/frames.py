@@ -12,7 +12,6 @@ the plane that fits most cells of the map of this frame; a minimum cut takes the
 Crossover: by partition crossover with the map of this frame, which is the cold parent, regions in
 which inherited genes are no longer fitter return to that map.
 """
-from itertools import pairwise
 from typing import NamedTuple
 
 from fuzzy_stereo_ros.matching.arrays import zeros
@@ -28,7 +27,7 @@ from fuzzy_stereo_ros.matching.kernels.planes.grid_proposals import (
     choose_regions, list_chosen, mark_taken, propose_planes, rank_regions, reject_bent,
     select_stale)
 from fuzzy_stereo_ros.matching.kernels.planes.segments import Likeness
-from fuzzy_stereo_ros.matching.realtime.operators import GreyRegions, PARTS
+from fuzzy_stereo_ros.matching.realtime.operators import GreyRegions, parts_of_regions
 import numpy as np
 
 MUTATION = 0.5           # share of the generations that propose planes; the others cross
@@ -210,8 +209,6 @@ class FrameEvolution:
         region_pixels, planes = (starts[:number + 1], self._pixels), self._planes[:number]
         list_chosen(regions, self._chosen, region_pixels, self._ends[:number], self._labels,
                     self._selected, self.carried.proposals)
-        edges = np.searchsorted(
-            starts[:number], starts[number] * np.arange(PARTS) / PARTS).tolist()
         tried = ROUNDS, np.float32(AGREEMENT), 1.0, random.key
 
         def fit(part):
@@ -223,7 +220,7 @@ class FrameEvolution:
                         self._map.disparities, self._trusted, np.float32(NEAR), FLAT,
                         self._selected)
         chain = Chain(self._pool)
-        chain.each(fit, list(pairwise([*edges, number])))
+        chain.each(fit, parts_of_regions(starts[:number + 1]))
         chain.each(lambda band: propose_planes(
             (self._labels, planes), self._quiet, self._highest, self._selected,
             (self._proposal, self._proposed), *band[1:]), self._bands)

@@ -103,6 +103,17 @@ class GreyRegions:
         return (self._begin, self._end, self._row_runs, self._region), self.number
 
 
+def parts_of_regions(starts):
+    """
+    Return PARTS parts of regions as (first, last), for threads, of about as many points each.
+
+    starts: int32 (n + 1,), the first point of each region and the one behind all
+    """
+    points, number = int(starts[-1]), len(starts) - 1
+    edges = [bisect_left(starts, points * part / PARTS) for part in range(PARTS)]
+    return list(pairwise([*edges, number]))
+
+
 class WeakRegions:
     """
     The mutation by planes of plain regions, of one image size.
@@ -141,9 +152,7 @@ class WeakRegions:
             segments.gather_points(
                 regions, POINTS, chosen.labels, chosen.offsets, validity, self._tally[:number],
                 starts, self._points)
-            points = int(starts[-1])
-            self._parts = [*pairwise((*(
-                bisect_left(starts, points * part / PARTS) for part in range(PARTS)), number))]
+            self._parts = parts_of_regions(starts)
         pool.each(gather, [validity], needs)
 
     def mutate(self, pool, disparities, target_range, parent, random):
