@@ -20,6 +20,7 @@ from fuzzy_stereo_ros.matching.quality.matcher import Stages as QualityStages
 from fuzzy_stereo_ros.matching.quality.operators import OPERATORS
 from fuzzy_stereo_ros.matching.realtime.frames import NothingInherited
 from fuzzy_stereo_ros.matching.realtime.matcher import Stages as RealtimeStages
+from fuzzy_stereo_ros.matching.realtime.operators import NotMutated
 from fuzzy_stereo_ros.matching.realtime.possibility import CensusPicture
 from fuzzy_stereo_ros.matching.realtime.warm_start import WarmStart
 import numpy as np
@@ -144,9 +145,9 @@ REALTIME = (
     Variant("the paper's line crossover", stages=RealtimeStages(
         crossover=lambda rows, columns: Line())),
     Variant('no mutation: neither planes nor votes of plain regions',
-            stages=RealtimeStages(mutation=None, vote=None), part='mutation'),
-    Variant('no planes of plain regions', stages=RealtimeStages(mutation=None)),
-    Variant('no vote of plain regions', stages=RealtimeStages(vote=None)),
+            stages=RealtimeStages(mutation=NotMutated, vote=NotMutated), part='mutation'),
+    Variant('no planes of plain regions', stages=RealtimeStages(mutation=NotMutated)),
+    Variant('no vote of plain regions', stages=RealtimeStages(vote=NotMutated)),
     Variant('noise ignored', stages=RealtimeStages(noise=NoNoise)),
     Variant('no previous frames', {'warm_start': False}, still=False),
     Variant(NO_PREVIOUS_BEST,

@@ -26,8 +26,10 @@ def small_pair(rows, columns, disparity=3, seed=0, channels=0, dtype=np.uint8):
 
 def seen(left, right, disparities, min_disparity=0, model=FULL_SIZE):
     """Return the possibility of a pair, as the search makes it."""
-    possibility = CensusPossibility(*left.shape[:2], disparities, model,
-                                    extra_columns(min_disparity, disparities))
+    possibility = CensusPossibility(
+        *left.shape[:2], disparities, model,
+        (min_disparity, min_disparity + left.shape[1] - 1),
+        extra_columns(min_disparity, disparities))
     places = luminance_shift(left, right)
     possibility.left.read(left, 0, places, 0, possibility.rows)
     read_moved(possibility.right, right, min_disparity, places)

@@ -30,7 +30,8 @@ class CensusFitness:
         """
         rows, columns = validity.shape
         self._possibility = possibility     # keeps the memory of its addresses alive
-        self._scene = gene_cost.Scene(validity, target, (0, columns - 1), HIDDEN, CONTRADICTED)
+        self._scene = gene_cost.Scene(
+            validity, target, possibility.target_range, HIDDEN, CONTRADICTED)
         self._costs = zeros((rows, columns), np.uint8)
         self._exchange = Exchange(rows, columns, neighbours=4, allocate=allocate)
 
@@ -38,10 +39,6 @@ class CensusFitness:
     def largest_cost(self):
         """What a cell of the pair costs at most."""
         return self._possibility.model.largest
-
-    def set_pair(self, target_range):
-        """Set a new pair; target_range: the first and the last column of the target that exist."""
-        self._scene = self._scene._replace(target_range=target_range)
 
     def measure(self, pool, chromosome, every=SAMPLE_STEP, needs=all_before):
         """

@@ -78,9 +78,9 @@ class FrameEvolution:
 
     best = 0
 
-    def __init__(self, possibility, rows, columns):
+    def __init__(self, possibility):
         """Allocate; possibility: the `CensusPossibility` of full images."""
-        shape = self._shape = rows // 2, columns // 2
+        shape = self._shape = possibility.rows // 2, possibility.columns // 2
         of_planes = shape[0], 3, shape[1]
         cells, most = shape[0] * shape[1], shape[0] * shape[1] // SMALLEST + 1
         self._possibility = possibility
@@ -162,7 +162,7 @@ class FrameEvolution:
             return []
         watch, found = Stopwatch(), tuple(FrameMap(
             chromosome, chosen.labels, chosen.offsets, validity))
-        self._set_map(found, chosen.margins, views.half.left.luminance, views.target_range)
+        self._set_map(found, chosen.margins, views.half.left.luminance)
         watch.lap('set_map')
         history = evolve(self, self.operators, random, budget.reserving(
             self._durations[WRITING]).limited_to(evolution_ms), None, self._durations)
@@ -172,10 +172,9 @@ class FrameEvolution:
         self._durations.record(WRITING, watch.times['set_map'] + watch.times['write'])
         return history
 
-    def _set_map(self, frame_map, margins, half_luminance, target_range):
+    def _set_map(self, frame_map, margins, half_luminance):
         """Set the map of this frame; genes that are not inherited follow it."""
         genes, cell_map, self._half_luminance = self.carried, self._map, half_luminance
-        self._target_range = target_range
 
         def follow(band):
             rows = band[1:]
@@ -185,8 +184,9 @@ class FrameEvolution:
                               *rows)
             grid.follow_map(tuple(cell_map), REACH, np.float32(STEEPEST), tuple(genes),
                             self._highest, self._current, *rows)
-            grid.trust_visible(self._current, cell_map.consistent, genes.origin, target_range[0],
-                               self._nearest[band[0]], self._trusted, *rows)
+            grid.trust_visible(
+                self._current, cell_map.consistent, genes.origin,
+                self._possibility.target_range[0], self._nearest[band[0]], self._trusted, *rows)
         self._pool.each(follow, self._bands)
 
     def _write(self, frame_map, luminance):
@@ -264,8 +264,9 @@ class FrameEvolution:
 
         def measure(band):
             for parent in parents:
-                grid.grid_costs(features, largest, self._target_range, self.carried.origin,
-                                (self._trusted, UNTRUSTED), self._selected, parent, *band[1:])
+                grid.grid_costs(
+                    features, largest, self._possibility.target_range, self.carried.origin,
+                    (self._trusted, UNTRUSTED), self._selected, parent, *band[1:])
         chain.each(measure, self._bands, beside(self._bands))
 
     @property

@@ -63,6 +63,7 @@ class HalfSize:
         that others overwrite between two searches
         """
         self._half_disparities = possibility.disparities
+        self._target_range = possibility.target_range
         self._scanlines = Scanlines(possibility, TILE, allocate)
         shape = possibility.rows, possibility.columns
         labels_type = self._scanlines.chosen.labels.dtype
@@ -74,22 +75,20 @@ class HalfSize:
                                zeros((rows, columns), np.uint8), disparities,
                                (DEAD_ZONE, CUT), (0, VOTED_CUT))
 
-    def search(self, pool, target_range, grey, noise, described=all_before):
+    def search(self, pool, grey, noise, described=all_before):
         """
         Return the `HalfSizeResult` of the pair that the possibility was filled with.
 
-        pool: a ThreadPool, or a Chain, which completes the result;
-        target_range: the first and the last column of the full target that exist; grey: uint8,
-        full left; noise: of it, grey levels, standard deviation, which is no texture;
-        described: a rule that needs the features, see `all_before`
+        pool: a ThreadPool, or a Chain, which completes the result; grey: uint8, full left; noise:
+        of it, grey levels, standard deviation, which is no texture; described: a rule that needs
+        the features, see `all_before`
         """
         limit = int(hypot(WEAK_TEXTURE, NOISY_STEPS * noise))
-        chosen, half_range = self._scanlines.chosen, (target_range[0] // 2, target_range[1] // 2)
-        rows, prior = len(self._labels), self._prior
+        chosen, rows, prior = self._scanlines.chosen, len(self._labels), self._prior
 
         def finish(band):
-            check_consistency(chosen.labels, chosen.target, self._half_disparities, half_range,
-                              self._validity, band[1], band[2])
+            check_consistency(chosen.labels, chosen.target, self._half_disparities,
+                              self._target_range, self._validity, band[1], band[2])
             self._speckles.find(chosen.labels, self._validity, 1, band)
 
         def fill(band):
@@ -114,10 +113,10 @@ class HalfSize:
         pool.each(write_limits, bands, beside(bands, 1))
         return HalfSizeResult(self._labels, self._validity, chosen, prior)
 
-    def mutate(self, pool, mutation, target_range):
+    def mutate(self, pool, mutation):
         """
         Give the map and the prior of the last search what a mutation (Stages.vote) takes.
 
         pool: a ThreadPool, or a Chain
         """
-        mutation.mutate(pool, target_range, self._labels, self._prior, VOTED)
+        mutation.mutate(pool, self._labels, self._prior, VOTED)

@@ -22,7 +22,7 @@ from fuzzy_stereo_ros.matching.over_frames.pictures import NoiseEstimate
 from fuzzy_stereo_ros.matching.realtime.fitness import CensusFitness
 from fuzzy_stereo_ros.matching.realtime.frames import FrameEvolution, NothingInherited
 from fuzzy_stereo_ros.matching.realtime.half_size import HalfSize, TILE
-from fuzzy_stereo_ros.matching.realtime.operators import Population, WeakRegions
+from fuzzy_stereo_ros.matching.realtime.operators import NotMutated, Population, WeakRegions
 from fuzzy_stereo_ros.matching.realtime.plain_regions import PlainRegions
 from fuzzy_stereo_ros.matching.realtime.possibility import CensusPicture
 from fuzzy_stereo_ros.matching.realtime.propagation import Propagation
@@ -47,10 +47,10 @@ class Stages(NamedTuple):
     previous_best: called as `WarmStart.prior_of_previous`, returns the prior of the previous best
     crossover: called with rows and columns, returns a crossover, see matching/crossover.py
     vote: called with the `Views` and the smallest disparity, returns the mutation of plain regions
-    by the evidence of all of their pixels, see PlainRegions; None for none
-    mutation: called with rows, columns and a dtype of labels, returns a mutation, see WeakRegions;
-    None for none
-    frames: called with a `CensusPossibility`, rows and columns, returns the population of planes
+    by the evidence of all of their pixels, see PlainRegions
+    mutation: called with the `CensusPossibility` of full images and a dtype of labels, returns
+    the mutation by planes of weak regions, see WeakRegions
+    frames: called with the `CensusPossibility` of full images, returns the population of planes
     that frames inherit, see FrameEvolution
     """
 
@@ -59,16 +59,16 @@ class Stages(NamedTuple):
     describe: Callable = CensusPicture.describe
     previous_best: Callable = WarmStart.prior_of_previous
     crossover: Callable = partial(Regions, advantage=ADVANTAGE)
-    vote: Callable | None = PlainRegions
-    mutation: Callable | None = WeakRegions
+    vote: Callable = PlainRegions
+    mutation: Callable = WeakRegions
     frames: Callable = FrameEvolution
 
 
 # by MatcherConfig.search
 STAGES = {
     'scanlines': Stages(),
-    'propagation': Stages(search=Propagation, previous_best=WarmStart.no_prior, vote=None,
-                          mutation=None, frames=NothingInherited)}
+    'propagation': Stages(search=Propagation, previous_best=WarmStart.no_prior,
+                          vote=NotMutated, mutation=NotMutated, frames=NothingInherited)}
 
 
 class RealtimeMatcher:
@@ -86,26 +86,23 @@ class RealtimeMatcher:
         self._config, self._stages = config, stages or STAGES[config.search]
         self.pool = ThreadPool(config.threads)
         self._views = Views(config, rows, columns, self._stages.noise)
-        if self._stages.vote is not None:
-            self._plain = self._stages.vote(self._views, config.min_disparity)
-        self._search = self._stages.search(self._views.full, TILE)
+        full = self._views.full
+        self._plain_regions = self._stages.vote(self._views, config.min_disparity)
+        self._search = self._stages.search(full, TILE)
         memory = self._search.memory    # for the half-size search before, and for what comes after
         self._half_size = HalfSize(
             self._views.half, rows, columns, config.disparities, Lent(memory))
         self._warm_start = WarmStart(rows, columns, config.disparities, config.min_disparity)
         labels_type = self._search.chosen.labels.dtype
         self._refinement = Refinement(
-            rows, columns, config.disparities, labels_type, self._search.by_membership,
-            Lent(memory))
+            full, labels_type, self._search.by_membership, Lent(memory))
         self._fitness = CensusFitness(
-            self._views.full, self._refinement.validity, self._search.chosen.target,
-            Lent(memory))
+            full, self._refinement.validity, self._search.chosen.target, Lent(memory))
         self.population = Population(self._fitness, self._search.chosen.labels)
+        self._weak_regions = self._stages.mutation(full, labels_type)
         self._crossover = self._stages.crossover(rows, columns)
-        self.frames = self._stages.frames(self._views.full, rows, columns)
+        self.frames = self._stages.frames(full)
         self._durations = Durations()
-        if self._stages.mutation is not None:
-            self._regions = self._stages.mutation(rows, columns, labels_type)
 
     def match(self, left, right, previous, random, budget, observe=None, camera=None):
         """
@@ -115,98 +112,118 @@ class RealtimeMatcher:
         FrameState or None; random, budget, observe: as `evolve` takes them; camera: a `Camera`
         that may have moved, or None
         """
-        config, pool, views, warm = self._config, self.pool, self._views, self._warm_start
-        watch = Stopwatch()
-        chain = Chain(pool)
-        views.read(chain, left, right)
-        if previous is None and config.warm_start:
-            warm.average(chain, None, views)
-        views.estimate(chain)
-        chain.run()
-        if previous is not None:
-            warm.average(pool, previous, views)
-        watch.lap('pictures')
-        if config.warm_start:
-            warm.follow(pool, previous, camera, views)
-        if previous is not None:
-            views.noise *= warm.noise_left
-        if warm.motion:
-            watch.lap('camera_motion')
+        config, warm, watch = self._config, self._warm_start, Stopwatch()
+        self._read(left, right, previous, camera, watch)
         state = warm.reused_state(previous, config)
         if state is not None:
             return Match(state.own.still_disparity.copy(), state.own.still_confidence.copy(), [],
                          watch.times, True, warm.motion, reused=True), state
-        views.smooth(pool)
-        chain = Chain(pool)
-        views.describe(chain, self._stages.describe)
-        described = chain.stages_so_far()
-        chain.each(watch.lap, ['possibility'])
-        if self._stages.vote is not None:
-            self._plain.find(chain)
-        half = self._half_size.search(
-            chain, views.target_range, views.full.left.grey, views.noise, described)
-        chain.run()
-        if self._stages.mutation is not None:
-            self._regions.grow(chain, views.half.left.luminance, self._half_size.weak)
-        if self._stages.vote is not None:
-            self._half_size.mutate(chain, self._plain, views.target_range)
-        if previous is not None:
-            chain.run()     # the previous best is compared with the half-size map
-        previous_prior = self._stages.previous_best(warm, pool, previous, half)
-        self._search.limit(chain, half.labels)
-        chain.each(watch.lap, ['coarse'])
-        bands, validity = pool.parts(len(left)), self._refinement.validity
-        chosen = self._search.search(chain, half.prior, previous_prior)
-
-        def check(band):
-            self._refinement.check(chosen, views.target_range, config, band)
-
-        def fill(band):
-            self._refinement.reject_speckles(config, band)
-            self.population.fill(chosen.labels, validity, band)
-        chain.each(check, bands)
-        self._refinement.join_speckles(chain, chosen, config)
-        chain.each(fill, bands)
-        filled = chain.stages_so_far()
-        if self._stages.mutation is not None:
-            self._regions.gather(chain, chosen, validity, filled)
-        self._fitness.set_pair(views.target_range)
-        self.population.measure(chain, filled)
-        if self._stages.mutation is not None:
-            self._regions.mutate(chain, config.disparities, views.target_range,
-                                 self.population.genes[0], Random((config.seed,)))
-        chain.run()
-        watch.lap(self._search.stage)
+        half = self._search_half_size(watch)
+        chosen, previous_prior = self._search_full_size(half, previous, watch)
         budget = budget.reserving(self._durations[REFINING])
-        operators = {} if self._stages.mutation is None else {'planes': self._mutate}
+        operators = self._weak_regions.operators(self.pool, self._crossover)
         history = evolve(self.population, operators, random, budget, observe, self._durations)
         best = self.population.genes[self.population.best]
         watch.lap('generations')
         inherited = False
         if config.warm_start:
             inherited = self.frames.inherit(
-                pool, previous and previous.own.genes, warm.tile_history())
-            planes = self.frames.evolve(best, chosen, validity, views, random.child(PLANES),
-                                        budget, config.evolution_ms)
+                self.pool, previous and previous.own.genes, warm.tile_history())
+            planes = self.frames.evolve(
+                best, chosen, self._refinement.validity, self._views, random.child(PLANES), budget,
+                config.evolution_ms)
             history += [replace(row, number=row.number + len(history)) for row in planes]
             watch.lap('evolution')
         before = sum(watch.times.values())
-        chain = Chain(pool)
-        labels = self._refinement.smooth(chain, chosen.labels, best, views.full.left.grey)
-        disparity, confidence = self._refinement.write(
-            chain, labels, chosen, warm.prior_margins, config)
-        if config.warm_start:
-            warm.keep(chain, labels, self._refinement.final_validity)
-        chain.run()
-        watch.lap('refinement')
+        disparity, confidence = self._refine(chosen, best, watch)
         match = Match(disparity, confidence, history, watch.times,
                       previous_prior is not None or inherited, warm.motion)
         if config.warm_start:
             state = warm.next_state(
-                pool, self._refinement, self.frames.carried, config, match, previous)
+                self.pool, self._refinement, self.frames.carried, config, match, previous)
             watch.lap('handing_on')
         self._durations.record(REFINING, sum(watch.times.values()) - before)
         return match, state
+
+    def _read(self, left, right, previous, camera, watch):
+        """Read a pair, and average it with the previous frame's, see `match`."""
+        views, warm, pool = self._views, self._warm_start, self.pool
+        chain = Chain(pool)
+        views.read(chain, left, right)
+        if previous is None and self._config.warm_start:
+            warm.average(chain, None, views)
+        views.estimate(chain)
+        chain.run()
+        if previous is not None:
+            warm.average(pool, previous, views)
+        watch.lap('pictures')
+        if self._config.warm_start:
+            warm.follow(pool, previous, camera, views)
+        if previous is not None:
+            views.noise *= warm.noise_left
+        if warm.motion:
+            watch.lap('camera_motion')
+
+    def _search_half_size(self, watch):
+        """Describe the pair and search it at half size; return the `HalfSizeResult`."""
+        views = self._views
+        views.smooth(self.pool)
+        chain = Chain(self.pool)
+        views.describe(chain, self._stages.describe)
+        described = chain.stages_so_far()
+        chain.each(watch.lap, ['possibility'])
+        self._plain_regions.find(chain)
+        half = self._half_size.search(chain, views.full.left.grey, views.noise, described)
+        chain.run()
+        return half
+
+    def _search_full_size(self, half, previous, watch):
+        """
+        Search the pair, fill the population with what is found, and make the mutant.
+
+        half: the `HalfSizeResult`; previous: the previous frame's FrameState or None. Returns the
+        `SearchResult`, and the prior of the previous best, None where it is not used.
+        """
+        pool, refinement, population = self.pool, self._refinement, self.population
+        chain, config = Chain(pool), self._config
+        self._weak_regions.grow(chain, self._views.half.left.luminance, self._half_size.weak)
+        self._half_size.mutate(chain, self._plain_regions)
+        if previous is not None:
+            chain.run()     # the previous best is compared with the half-size map
+        previous_prior = self._stages.previous_best(self._warm_start, pool, previous, half)
+        self._search.limit(chain, half.labels)
+        chain.each(watch.lap, ['coarse'])
+        chosen = self._search.search(chain, half.prior, previous_prior)
+
+        def fill(band):
+            refinement.reject_speckles(config, band)
+            population.fill(chosen.labels, refinement.validity, band)
+        bands = pool.parts(len(chosen.labels))
+        chain.each(lambda band: refinement.check(chosen, config, band), bands)
+        refinement.join_speckles(chain, chosen, config)
+        chain.each(fill, bands)
+        filled = chain.stages_so_far()
+        self._weak_regions.gather(chain, chosen, refinement.validity, filled)
+        population.measure(chain, filled)
+        self._weak_regions.mutate(chain, population.genes[0], Random((config.seed,)))
+        chain.run()
+        watch.lap(self._search.stage)
+        return chosen, previous_prior
+
+    def _refine(self, chosen, best, watch):
+        """
+        Return the disparity and the confidence of the best chromosome, as `Refinement.write`.
+
+        chosen: the `SearchResult`; best: (R, C) labels
+        """
+        chain, refinement, warm = Chain(self.pool), self._refinement, self._warm_start
+        labels = refinement.smooth(chain, chosen.labels, best, self._views.full.left.grey)
+        result = refinement.write(chain, labels, chosen, warm.prior_margins, self._config)
+        if self._config.warm_start:
+            warm.keep(chain, labels, refinement.final_validity)
+        chain.run()
+        watch.lap('refinement')
+        return result
 
     def possibility_of(self, chromosome):
         """Return the possibility of a chromosome's matches: float32 (R, C), 0 to 1."""
@@ -215,10 +232,6 @@ class RealtimeMatcher:
     def fitness_of(self, chromosome):
         """Return the fitness of a chromosome on the last pair, measured on every row."""
         return self._fitness.measure(self.pool, chromosome, every=1)[0]
-
-    def _mutate(self, population, random):
-        """Take the planes of regions of weak texture that are fitter."""
-        population.accept(self.pool, self._crossover, random, self._regions.mutant)
 
     @property
     def noise(self):

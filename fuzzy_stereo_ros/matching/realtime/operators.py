@@ -121,9 +121,10 @@ class WeakRegions:
     mutant: uint8 or uint16 (R, C), the labels of the chromosome that `mutate` writes
     """
 
-    def __init__(self, rows, columns, labels_type):
-        """Allocate for full images of a size, and labels of a type."""
-        self._regions = GreyRegions(rows // 2, columns // 2)
+    def __init__(self, possibility, labels_type):
+        """Allocate for the size of the `CensusPossibility` of full images; labels of a type."""
+        rows, columns = possibility.rows, possibility.columns
+        self._possibility, self._regions = possibility, GreyRegions(rows // 2, columns // 2)
         pixels, most = (rows // 2) * (columns // 2), (rows // 2) * (columns // 2) // LEAST
         self._tally, self._starts = zeros((most, 3), np.int32), zeros(most + 1, np.int32)
         self._points = zeros((3, pixels), np.float32)
@@ -155,12 +156,11 @@ class WeakRegions:
             self._parts = parts_of_regions(starts)
         pool.each(gather, [validity], needs)
 
-    def mutate(self, pool, disparities, target_range, parent, random):
+    def mutate(self, pool, parent, random):
         """
         Write a chromosome whose regions lie in planes of the matches, once these are gathered.
 
-        pool: a ThreadPool, or a Chain; target_range: first and last column of the target that
-        exist; parent: (R, C) labels, the other genes
+        pool: a ThreadPool, or a Chain; parent: (R, C) labels, the other genes
         """
         rules = ROUNDS, AGREEMENT, ENOUGH, random.key
 
@@ -171,7 +171,33 @@ class WeakRegions:
         def write(band):
             _, first, last = band
             self.mutant[first:last] = parent[first:last]
-            segments.write_mutant(self._regions.grown[0], self._planes, disparities, target_range,
-                                  self.mutant, first // 2, last // 2)
+            segments.write_mutant(
+                self._regions.grown[0], self._planes, self._possibility.disparities,
+                self._possibility.target_range, self.mutant, first // 2, last // 2)
         pool.each(fit, range(PARTS))
         pool.each(write, pool.parts(len(parent), 2))
+
+    def operators(self, pool, crossover):
+        """
+        Return the operators of a generation, as `evolve` takes them: crossover with the mutant.
+
+        pool: a ThreadPool; crossover: see matching/crossover.py
+        """
+        return {'planes': lambda population, random: population.accept(
+            pool, crossover, random, self.mutant)}
+
+
+class NotMutated:
+    """No mutation of regions, in the place of WeakRegions or PlainRegions."""
+
+    def __init__(self, *_):
+        """Need no memory."""
+
+    def grow(self, *_):
+        """Grow no regions."""
+
+    find = gather = mutate = grow
+
+    def operators(self, *_):
+        """Return no operators."""
+        return {}

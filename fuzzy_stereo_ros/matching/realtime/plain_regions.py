@@ -111,6 +111,8 @@ class PlainRegions:
         self._least = max(int(LEAST * rows * columns), 1)
         self._cells = -(-rows // kernels.ROWS), -(-2 * columns // kernels.COLUMNS)
         self._base = full.left.columns - 1
+        first, last = self._base - full.target_range[1], self._base - full.target_range[0]
+        self._existing = (0, self._base), (max(first, 0), min(last, full.right.columns - 1))
         self._found, self.figures = None, zeros((0, 5))
 
     def find(self, pool):
@@ -120,24 +122,21 @@ class PlainRegions:
         self._regions.grow(pool, left.half.luminance, left.plain.mask, ANY_GREY, self._least)
         pool.each(self._list, [self._cells])
 
-    def mutate(self, pool, target_range, half_labels, prior, weight):
+    def mutate(self, pool, half_labels, prior, weight):
         """
         Give the plain regions, once found, the planes that they vote for.
 
-        pool: a ThreadPool, or a Chain; target_range: the first and the last column of the target
-        that exist; half_labels: (r, c), the half-size map, and prior: the `Prior` of
-        the full search, both written; weight: of the prior there
+        pool: a ThreadPool, or a Chain; half_labels: (r, c), the half-size map, and prior: the
+        `Prior` of the full search, both written; weight: of the prior there
         """
         found, left, right, bands = self._found, self._left, self._right, self._parts(pool)
         if found is None:
             return
-        first, last = self._base - target_range[1], self._base - target_range[0]
-        columns = (0, left.view.columns - 1), (max(first, 0), min(last, right.view.columns - 1))
         target = right.bands.values, right.bands.seen, self._base
 
         def split(band):
             right.mark(*widened(band, kernels.REACH, len(right.plain.mask)))
-            for texture, existing in zip((left, right), columns):
+            for texture, existing in zip((left, right), self._existing):
                 texture.split(existing, band)
 
         def vote(band):

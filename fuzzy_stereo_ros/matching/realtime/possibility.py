@@ -90,12 +90,14 @@ class CensusPicture(Picture):
 class CensusPossibility:
     """The possibility of all matches of a pair at one size, as features to compute costs from."""
 
-    def __init__(self, rows, columns, disparities, model, extra=0):
+    def __init__(self, rows, columns, disparities, model, target_range=None, extra=0):
         """
         Allocate for images of a size and a number of disparities.
 
-        extra: columns of the target before column 0, see `extra_columns`.
+        target_range: the first and the last column of the target that exist, None: the image's;
+        extra: columns of the target before column 0, see `extra_columns`
         """
+        self.target_range = target_range or (0, columns - 1)
         self.model, self.rows, self.columns, self.disparities = model, rows, columns, disparities
         reach = -(-disparities // 32) * 32
         self.left = CensusPicture(rows, columns, False, 0)

@@ -77,16 +77,17 @@ class Refinement:
     of the best chromosome
     """
 
-    def __init__(self, rows, columns, disparities, labels_type, by_membership=True,
-                 allocate=zeros):
+    def __init__(self, possibility, labels_type, by_membership=True, allocate=zeros):
         """
-        Allocate for images of a size, and labels of a type.
+        Allocate for images of the size of a `CensusPossibility`, and labels of a type.
 
         by_membership: whether there is a membership median; allocate: of the `Speckles`
         """
+        rows, columns, disparities = (
+            possibility.rows, possibility.columns, possibility.disparities)
         self._by_membership = by_membership
         around = rows + 2 * filling.RADIUS, columns + 2 * filling.RADIUS + 2 * LANES
-        self._disparities = disparities
+        self._disparities, self._target_range = disparities, possibility.target_range
         self.validity, self.final_validity = (
             zeros((rows, columns), np.uint8) for _ in range(2))
         self._speckles = Speckles(rows, columns, allocate)
@@ -111,9 +112,9 @@ class Refinement:
         """The sub-pixel labels of the last frame: (R, C), in 1 / STEPS of a label."""
         return self._fine[:, :self._labels.shape[1]]
 
-    def check(self, chosen, target_range, config, band):
+    def check(self, chosen, config, band):
         """Write the validity of the pixels of a band: left-right consistency."""
-        check_consistency(chosen.labels, chosen.target, self._disparities, target_range,
+        check_consistency(chosen.labels, chosen.target, self._disparities, self._target_range,
                           self.validity, band[1], band[2])
         if config.speckle_size > 1:
             self._speckles.find(chosen.labels, self.validity, config.speckle_range, band)

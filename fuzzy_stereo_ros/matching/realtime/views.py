@@ -38,8 +38,8 @@ class Views:
     """
     Both views of a pair at full and half size, in memory for one image size.
 
-    full, half: a `CensusPossibility` each; target_range: the first and last column of the target
-    that exist; noise: grey levels, standard deviation, 0 where there is none
+    full, half: a `CensusPossibility` each; noise: grey levels, standard deviation, 0 where there
+    is none
     """
 
     def __init__(self, config, rows, columns, noise):
@@ -49,10 +49,12 @@ class Views:
         noise: called with rows and columns, returns a noise estimate, see NoiseEstimate
         """
         extra = extra_columns(config.min_disparity, config.disparities)
-        self.full = CensusPossibility(rows, columns, config.disparities, FULL_SIZE, extra)
+        existing = config.min_disparity, config.min_disparity + columns - 1
+        self.full = CensusPossibility(
+            rows, columns, config.disparities, FULL_SIZE, existing, extra)
         self.half = CensusPossibility(
-            rows // 2, columns // 2, half_disparities(config.disparities), HALF_SIZE, extra // 2)
-        self.target_range = config.min_disparity, config.min_disparity + columns - 1
+            rows // 2, columns // 2, half_disparities(config.disparities), HALF_SIZE,
+            (existing[0] // 2, existing[1] // 2), extra // 2)
         self._shift = config.min_disparity
         # The right image as it is read and averaged.
         self._right = CensusPicture(rows, columns, True, 0) if extra else self.full.right

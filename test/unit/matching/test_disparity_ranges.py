@@ -157,7 +157,8 @@ def test_the_half_size_chromosome_is_put_together_as_by_the_twins(
     extra = extra_columns(min_disparity, disparities)
     half_rows = shape[0] // 2
     possibility = CensusPossibility(
-        half_rows, shape[1] // 2, -(-disparities // 2), HALF_SIZE, extra // 2)
+        half_rows, shape[1] // 2, -(-disparities // 2), HALF_SIZE,
+        (min_disparity // 2, (min_disparity + shape[1] - 1) // 2), extra // 2)
     full = CensusPicture(*shape, False, 96), CensusPicture(shape[0], shape[1] + extra, True, 96)
     full[0].read(left, 0, places, 0, shape[0])
     read_moved(full[1], right, min_disparity, places)
@@ -165,7 +166,7 @@ def test_the_half_size_chromosome_is_put_together_as_by_the_twins(
         view.halve(half, 0, half_rows)
     possibility.describe(CensusPicture.describe, 0, half_rows)
     half_size, pool = HalfSize(possibility, *shape, disparities), ThreadPool(1)
-    half = half_size.search(pool, (min_disparity, min_disparity + shape[1] - 1), full[0].grey, 0.0)
+    half = half_size.search(pool, full[0].grey, 0.0)
     labels, validity = half_map_of_twins(left, right, disparities, places, min_disparity)
     np.testing.assert_array_equal(half.validity, validity)
     np.testing.assert_array_equal(half.labels, labels)
@@ -179,8 +180,8 @@ def test_noise_is_not_taken_for_texture():
     grey = np.zeros((shape[0], shape[1] + LANES), np.uint8)
     for noise in (1, 5, 9):
         grey[:] = np.rint(128 + noise * random.standard_normal(grey.shape))
-        half_size.search(pool, (0, shape[1] - 1), grey, float(noise))
+        half_size.search(pool, grey, float(noise))
         assert half_size.weak.mean() > 0.95
     grey[:, 2::4] = grey[:, 3::4] = 200
-    half_size.search(pool, (0, shape[1] - 1), grey, 9.0)
+    half_size.search(pool, grey, 9.0)
     assert half_size.weak.mean() < 0.05

@@ -10,7 +10,7 @@ from fuzzy_stereo_ros.matching.kernels.planes import plain_regions as kernels
 from fuzzy_stereo_ros.matching.kernels.simd import LANES
 from fuzzy_stereo_ros.matching.over_frames.pictures import NoiseEstimate
 from fuzzy_stereo_ros.matching.realtime.matcher import Stages
-from fuzzy_stereo_ros.matching.realtime.operators import GreyRegions
+from fuzzy_stereo_ros.matching.realtime.operators import GreyRegions, NotMutated
 from fuzzy_stereo_ros.matching.realtime.plain_regions import (
     ANY_GREY, BURNT, CLIP, LEAST_CLIP, PLAIN, PlainRegions)
 from fuzzy_stereo_ros.matching.realtime.scanlines import prior_of
@@ -58,8 +58,8 @@ def matched(pair, **others):
 
 def mutate(algorithm, half, prior):
     """Find the plain regions of the last pair again, and write their planes into a map."""
-    algorithm._plain.find(algorithm.pool)
-    algorithm._plain.mutate(algorithm.pool, algorithm._views.target_range, half, prior, 2)
+    algorithm._plain_regions.find(algorithm.pool)
+    algorithm._plain_regions.mutate(algorithm.pool, half, prior, 2)
 
 
 def wrong(disparity, truth):
@@ -81,7 +81,7 @@ def views_of(pair, min_disparity=0):
 
 def test_a_plain_wall_in_noise_takes_the_plane_that_all_of_it_votes_for():
     pair = wall()
-    without, _ = matched(pair, stages=Stages(vote=None))
+    without, _ = matched(pair, stages=Stages(vote=NotMutated))
     disparity, _ = matched(pair)
     assert wrong(without, pair[2]) > 0.3
     assert wrong(disparity, pair[2]) < 0.03
@@ -89,7 +89,7 @@ def test_a_plain_wall_in_noise_takes_the_plane_that_all_of_it_votes_for():
 
 def test_a_slanted_wall_takes_a_slanted_plane():
     pair = wall(slope=0.008, noise=3.0, texture=0.43)
-    without, _ = matched(pair, stages=Stages(vote=None))
+    without, _ = matched(pair, stages=Stages(vote=NotMutated))
     disparity, _ = matched(pair)
     assert wrong(without, pair[2]) > 0.25
     assert wrong(disparity, pair[2]) < 0.06
@@ -97,7 +97,8 @@ def test_a_slanted_wall_takes_a_slanted_plane():
 
 def test_noise_alone_votes_for_nothing():
     pair = wall(texture=0.0)
-    np.testing.assert_array_equal(matched(pair)[0], matched(pair, stages=Stages(vote=None))[0])
+    without, _ = matched(pair, stages=Stages(vote=NotMutated))
+    np.testing.assert_array_equal(matched(pair)[0], without)
 
 
 def test_what_stays_at_disparity_0_is_no_evidence():
@@ -122,8 +123,8 @@ def test_a_textured_picture_is_matched_to_the_same_bits():
     left = draw.integers(0, 255, SIZE).astype(np.uint8)
     pair = left, np.roll(left, -9, 1)
     with_it, algorithm = matched(pair)
-    assert len(algorithm._plain.figures) == 0
-    np.testing.assert_array_equal(with_it, matched(pair, stages=Stages(vote=None))[0])
+    assert len(algorithm._plain_regions.figures) == 0
+    np.testing.assert_array_equal(with_it, matched(pair, stages=Stages(vote=NotMutated))[0])
 
 
 def test_a_map_that_knows_better_than_a_plane_is_kept():
@@ -155,8 +156,8 @@ def test_a_pair_leaves_no_texture_to_the_next_one():
     used._views.describe(used.pool, Stages().describe)
     half = np.full((SIZE[0] // 2, SIZE[1] // 2), 5, np.uint8)
     mutate(used, half, used._half_size._prior)
-    for mine, expected in ((used._plain._left, fresh._plain._left),
-                           (used._plain._right, fresh._plain._right)):
+    for mine, expected in ((used._plain_regions._left, fresh._plain_regions._left),
+                           (used._plain_regions._right, fresh._plain_regions._right)):
         np.testing.assert_array_equal(mine.bands.values, expected.bands.values)
         np.testing.assert_array_equal(mine.bands.seen, expected.bands.seen)
 
@@ -182,7 +183,7 @@ def test_evidence_is_that_of_the_twin(size, min_disparity):
     try:
         kernels.vote = lambda *arguments: (kept(*arguments), keep(*arguments))
         plain.find(pool)
-        plain.mutate(pool, views.target_range, half, prior, 1)
+        plain.mutate(pool, half, prior, 1)
     finally:
         kernels.vote = kept
     places, curves, counts = seen['vote']
@@ -197,7 +198,7 @@ def test_evidence_is_that_of_the_twin(size, min_disparity):
         columns = texture._offset + np.arange(2 * of_half.columns)
         if texture is plain._right:     # both columns of a pixel of half size exist
             existing = size[1] - 1 - columns.reshape(-1, 2)
-            first, last = views.target_range
+            first, last = views.full.target_range
             plain_mask &= ((first <= existing) & (existing <= last)).all(1)
         wide = np.zeros((of_half.rows, view.columns), bool)
         wide[:, columns] = plain_mask.repeat(2, 1)

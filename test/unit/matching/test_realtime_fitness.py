@@ -105,13 +105,11 @@ def fitness_of(shape, disparities, min_disparity=0, seed=0):
     validity, target = random_map(shape, 3, seed + 1), random_map(
         (shape[0], possibility.right.columns), min(disparities, 256), seed + 2)
     measured = CensusFitness(possibility, validity, target)
-    target_range = min_disparity, min_disparity + shape[1] - 1
-    measured.set_pair(target_range)
     volume = twin_costs(left, right, disparities, min_disparity)
 
     def gene_costs_of(chromosome):
         return twins.gene_costs(
-            volume, chromosome, validity, target, target_range, HIDDEN, CONTRADICTED)
+            volume, chromosome, validity, target, possibility.target_range, HIDDEN, CONTRADICTED)
 
     def fitness(chromosome, every=1):
         costs = gene_costs_of(chromosome) + smoothness(chromosome, possibility.penalties)

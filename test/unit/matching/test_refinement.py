@@ -10,7 +10,8 @@ from fuzzy_stereo_ros.matching.kernels.refinement.consistency import check_consi
 from fuzzy_stereo_ros.matching.kernels.refinement.filling import fill_rows
 from fuzzy_stereo_ros.matching.kernels.refinement.subpixel import CLEAR_MARGIN
 from fuzzy_stereo_ros.matching.kernels.units import CONSISTENT, INVALID, OUTSIDE
-from fuzzy_stereo_ros.matching.realtime.possibility import extra_columns
+from fuzzy_stereo_ros.matching.realtime.possibility import (
+    CensusPossibility, extra_columns, FULL_SIZE)
 from fuzzy_stereo_ros.matching.realtime.refinement import (
     ALIKE, Refinement, reject_speckles, RIGHT)
 from hypothesis import given, settings, strategies as st
@@ -27,6 +28,10 @@ def checked(labels, target, disparities, inside):
     validity = np.full(labels.shape, 9, np.uint8)
     check_consistency(labels, target, disparities, inside, validity, 0, len(labels))
     return validity
+
+
+def refinement_of(shape, disparities, labels_type):
+    return Refinement(CensusPossibility(*shape, disparities, FULL_SIZE), labels_type)
 
 
 def inside_of(min_disparity, columns):
@@ -115,7 +120,7 @@ def test_rows_are_filled_as_by_the_twin(given_maps):
 @pytest.mark.parametrize('shape', [(2, 2), (3, 9), (5, 5), (17, 40)])
 def test_smoothing_is_both_medians_one_after_the_other(shape, dtype, disparities):
     labels, grey = random_map(shape, disparities, 7, dtype), random_map(shape, 50, 8)
-    refinement = Refinement(*shape, disparities, dtype)
+    refinement = refinement_of(shape, disparities, dtype)
     np.testing.assert_array_equal(
         refinement.smooth(ThreadPool(1), labels, labels, grey),
         twins.median_of_25(twins.membership_median(labels, grey, ALIKE)))
@@ -130,7 +135,7 @@ def test_parts_change_nothing(rows, columns, height, seed):
     edges = [*range(0, rows, height), rows]
     found = []
     for bands in ([(0, 0, rows)], list(zip(range(len(edges)), edges, edges[1:]))):
-        refinement, pool = Refinement(*shape, 30, final.dtype), ThreadPool(2)
+        refinement, pool = refinement_of(shape, 30, final.dtype), ThreadPool(2)
         refinement.validity[:], pool.parts = validity, lambda rows, bands=bands: bands
         labels = refinement.smooth(pool, chosen.labels, final, grey)
         found.append((labels, *refinement.write(
@@ -166,7 +171,7 @@ def written(shape, disparities, seed=0, validity=None, **changes):
     chosen, random_validity, final = chosen_at_random(shape, disparities, seed)
     validity = random_validity if validity is None else np.full(shape, validity, np.uint8)
     config = MatcherConfig(disparities=disparities, **changes)
-    refinement = Refinement(*shape, disparities, final.dtype)
+    refinement = refinement_of(shape, disparities, final.dtype)
     refinement.final_validity[:] = validity
     prior_weight = random_map(shape, 3, seed + 6)
     disparity, confidence = refinement.write(POOL, final, chosen, (prior_weight, MARGINS), config)
@@ -207,7 +212,7 @@ def half_certain(shape):
     return SimpleNamespace(
         labels=np.full(shape, 7, np.uint8), offsets=np.zeros(shape, np.int8),
         sums=np.zeros(shape, np.uint8), margins=np.full(shape, CLEAR_MARGIN, np.uint8),
-    ), Refinement(*shape, 64, np.uint8)
+    ), refinement_of(shape, 64, np.uint8)
 
 
 def test_a_pixel_as_sure_as_the_threshold_stays_valid():

@@ -11,7 +11,8 @@ from fuzzy_stereo_ros.matching.kernels.possibility.features import MARGIN
 from fuzzy_stereo_ros.matching.kernels.units import CONSISTENT, INVALID, STEPS
 from fuzzy_stereo_ros.matching.realtime.matcher import Stages
 from fuzzy_stereo_ros.matching.realtime.operators import (
-    AGREEMENT, ENOUGH, GreyRegions, ROUNDS, WeakRegions)
+    AGREEMENT, ENOUGH, GreyRegions, NotMutated, ROUNDS, WeakRegions)
+from fuzzy_stereo_ros.matching.realtime.possibility import CensusPossibility, FULL_SIZE
 from hypothesis import example, given, settings, strategies as st
 import numpy as np
 import pytest
@@ -139,7 +140,9 @@ def test_the_mutant_takes_labels_of_planes_that_are_farther_than_one(seed, insid
 
 def test_a_wall_that_was_half_wrong_is_proposed_as_one_plane():
     rows, columns = 60, 80
-    regions = WeakRegions(rows, columns, np.uint8)
+    possibility = CensusPossibility(
+        rows, columns, DISPARITIES, FULL_SIZE, (-DISPARITIES, columns))
+    regions = WeakRegions(possibility, np.uint8)
     regions.grow(ThreadPool(1), padded(np.full((30, 40), 9000, np.uint16)),
                  np.ones((30, 40), np.uint8))
     labels = np.full((rows, columns), 8, np.uint8)
@@ -148,7 +151,7 @@ def test_a_wall_that_was_half_wrong_is_proposed_as_one_plane():
     validity[::3] = INVALID
     chosen = SimpleNamespace(labels=labels, offsets=np.zeros(labels.shape, np.int8))
     regions.gather(ThreadPool(1), chosen, validity, nothing_before)
-    regions.mutate(ThreadPool(1), DISPARITIES, (-DISPARITIES, columns), labels, Random((0,)))
+    regions.mutate(ThreadPool(1), labels, Random((0,)))
     assert (regions.mutant == 8).all()
 
 
@@ -174,7 +177,7 @@ def matched(**options):
 
 
 def test_an_accepted_mutation_makes_the_chromosome_fitter_by_its_gain():
-    without, with_planes = matched(mutation=None), matched()
+    without, with_planes = matched(mutation=NotMutated), matched()
     fitness_of = with_planes[0].algorithm.fitness_of
     before, after = (matcher.algorithm.population.genes[0] for matcher, _ in (
         without, with_planes))
@@ -185,7 +188,7 @@ def test_an_accepted_mutation_makes_the_chromosome_fitter_by_its_gain():
 
 
 def test_a_disparity_from_a_plane_has_no_confidence():
-    (without, _), (matcher, match) = matched(mutation=None), matched()
+    (without, _), (matcher, match) = matched(mutation=NotMutated), matched()
     changed = abs(matcher.algorithm.population.genes[0].astype(int)
                   - without.algorithm.population.genes[0].astype(int)) > 1
     assert changed.any()
