@@ -217,19 +217,6 @@ def test_kernels_with_checked_bounds_and_without_are_kept_apart(tmp_path, monkey
     assert len(folders) == 2
 
 
-@pytest.mark.parametrize('allocates', [False, True])
-def test_only_kernels_that_make_arrays_count_who_uses_one(allocates, monkeypatch):
-    def second(numbers):
-        rest = numbers[1:]
-        return rest[0]
-    monkeypatch.setattr(compiled, 'FOLDER', None)
-    monkeypatch.setattr(compiled, 'kernels', [])
-    dispatcher = compiled.kernel(second, allocates=allocates)
-    dispatcher.compile((numba.uint8[::1],))
-    [code] = dispatcher.inspect_llvm().values()
-    assert ('NRT_' in code) == allocates
-
-
 def test_folders_not_used_for_long_are_removed_and_nothing_else(tmp_path, monkeypatch):
     monkeypatch.setattr(numba.config, 'CACHE_DIR', str(tmp_path))
     used = compiled.choose_folders()[0]

@@ -1,14 +1,11 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Node and commands start wherever they may write nothing, and say what they do without."""
-import os
 from pathlib import Path
 import subprocess
 import sys
 
-import cv2
 from fuzzy_stereo_ros.matching import kernels
-from made_scenes import shifted_pair
 from mounted import as_stranger, mounting, READ_ONLY
 from node_process import NodeProcess, own_domain, ROOT
 import pytest
@@ -78,13 +75,6 @@ def test_the_node_starts_where_all_is_read_only_and_says_both(ros, bare, tmp_pat
     assert 'set NUMBA_CACHE_DIR' in line
 
 
-def test_the_node_starts_on_a_full_disk(ros, bare, tmp_path):
-    bare('HOME', str(tmp_path))
-    log = started(mounting({tmp_path: 'size=16k', CODE: READ_ONLY}))
-    for sentence in (LOGS, KERNELS):
-        assert 'No space left on device' in told_once(log, sentence)
-
-
 def test_the_node_of_a_user_without_home_and_name_starts(ros, bare):
     log = started(stranger_without_kernels())
     assert 'HOME is not set' in told_once(log, LOGS)
@@ -108,21 +98,3 @@ def test_commands_that_match_tell_first_that_kernels_are_kept_nowhere(bare, word
     assert first.startswith(f'fuzzy-stereo: {KERNELS}')
     assert 'they are compiled at each start' in first
     assert second.startswith('fuzzy-stereo: ')
-
-
-def test_a_match_needs_no_home(bare, tmp_path):
-    bare('HOME', '/dev/null')
-    for name, image in zip(('left.png', 'right.png'), shifted_pair(5)):
-        cv2.imwrite(str(tmp_path / name), image)
-    code, printed, said = run(
-        'match', str(tmp_path / 'left.png'), str(tmp_path / 'right.png'), '--disparities', '16',
-        '--output', str(tmp_path / 'found.pfm'))
-    assert (code, said) == (0, '')
-    assert (tmp_path / 'found.pfm').exists()
-
-
-def test_arguments_stay_where_logs_can_be_written(bare, tmp_path):
-    log_arguments = pytest.importorskip('fuzzy_stereo_ros.node.run_node').log_arguments
-    bare('ROS_LOG_DIR', str(tmp_path / 'made'))
-    assert log_arguments(['node']) == (['node'], '')
-    assert os.listdir(tmp_path) == ['made']

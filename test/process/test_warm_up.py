@@ -8,7 +8,7 @@ import signal
 import subprocess
 import sys
 
-from fuzzy_stereo_ros.matching import compiling, MatcherConfig
+from fuzzy_stereo_ros.matching import MatcherConfig
 from fuzzy_stereo_ros.matching.compiling import compile_kernels, record_calls
 from fuzzy_stereo_ros.matching.kernels import compiled
 from mounted import mounting
@@ -125,11 +125,3 @@ def test_a_process_that_ends_costs_the_kernel_that_it_compiles_alone(tmp_path, m
     assert len(killed) == 1
     kept = len([*tmp_path.rglob('*.nbi')])
     assert len(record_calls(config)) - len(os.sched_getaffinity(0)) < kept
-
-
-def test_what_is_reported_goes_from_nothing_to_all(monkeypatch):
-    monkeypatch.setattr(compiling, 'START', 'print(0); print(0.25); print(0.75)')
-    told = []
-    compile_kernels(MatcherConfig(), told.append)
-    assert [progress.share for progress in told] == [0, 0.25, 1, 1]
-    assert told[0].left is None and told[-1].left == 0

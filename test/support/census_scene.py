@@ -1,6 +1,7 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Small pairs, and what the kernels and the twins see of them."""
+from fuzzy_stereo_ros.matching.kernels.possibility.features import MARGIN, SLACK
 from fuzzy_stereo_ros.matching.over_frames.pictures import luminance_shift
 from fuzzy_stereo_ros.matching.realtime.possibility import (
     CensusPicture, CensusPossibility, extra_columns, FULL_SIZE)
@@ -59,6 +60,12 @@ def twin_costs(left, right, labels, min_disparity=0, model=FULL_SIZE):
     """Return the cost of each label of each pixel, without priors: int64 (R, C, labels)."""
     features = twin_features(left, right, min_disparity, extra_columns(min_disparity, labels))
     return twins.match_costs(*features, labels, model)
+
+
+def padded(luminance):
+    """Return luminance with the margin and the slack of a view: uint16."""
+    around = np.pad(luminance, MARGIN, 'edge')
+    return np.pad(around, ((0, 0), (0, SLACK)), 'edge').astype(np.uint16)
 
 
 def random_map(shape, limit, seed=0, dtype=np.uint8):

@@ -8,10 +8,9 @@ from pathlib import Path
 import shutil
 import tempfile
 
-from made_messages import values_of
+from made_messages import shows
 from made_scenes import shifted_pair
 from node_process import own_domain, ros_environment
-import numpy as np
 import pytest
 from repository import ROOT
 
@@ -87,8 +86,7 @@ def surroundings(**rig):
 def check_disparity(message, shift=SHIFT, disparities=16):
     """See that a DisparityImage is that of a shifted pair, within half a pixel."""
     assert message.max_disparity - message.min_disparity == disparities - 1
-    values = values_of(message.image)[:, disparities - 1:]
-    assert np.mean(np.abs(values - shift) < 0.5) > 0.95
+    assert shows(message, shift, disparities - 1)
 
 
 def visited(file, **arguments):

@@ -112,3 +112,15 @@ def empty_disparity():
 def values_of(message):
     """Return the float32 (R, C) of an image of 32FC1."""
     return np.frombuffer(message.data, '<f4').reshape(message.height, message.width)
+
+
+def field_of(message, name, dtype='<f4'):
+    """Return a field of a PointCloud2, (R, C)."""
+    (field,) = [field for field in message.fields if field.name == name]
+    return np.ndarray((message.height, message.width), dtype, message.data, field.offset,
+                      (message.row_step, message.point_step))
+
+
+def shows(message, disparity, first=15):
+    """Return whether a DisparityImage has a disparity nearly everywhere, from a column on."""
+    return np.mean(np.abs(values_of(message.image)[:, first:] - disparity) < 0.5) > 0.95

@@ -52,11 +52,6 @@ class RawCamera:
         x, y = _bent(self.model, turned[0] / turned[2], turned[1] / turned[2])
         return self.focal[0] * x + self.centre[0], self.focal[1] * y + self.centre[1]
 
-    def rectified(self, points):
-        """Return x and y in the rectified image of points."""
-        across, down, depth = points - self._place(points.ndim)
-        return FOCAL * across / depth + CENTRE[0], FOCAL * down / depth + CENTRE[1]
-
     def raw(self, image):
         """Return what the camera would see of a rectified image (R, C) or (R, C, 3)."""
         return cv2.remap(image, *_sources(self), cv2.INTER_LANCZOS4)

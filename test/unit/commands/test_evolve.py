@@ -14,6 +14,7 @@ from fuzzy_stereo_ros.pairs.image_files import read_image
 from fuzzy_stereo_ros.parameters.options import option_name
 from fuzzy_stereo_ros.views.evolution import STAY
 import pytest
+from rejected import rejection
 
 DISPARITIES = 16
 
@@ -95,10 +96,6 @@ BAD_INPUT = {
                              '81 disparities are more than the 80 columns')}
 
 
-def contents(folder):
-    return {file: file.is_file() and file.read_bytes() for file in folder.iterdir()}
-
-
 @pytest.mark.parametrize('case', BAD_INPUT)
 def test_bad_input_is_one_sentence_and_code_2_and_writes_nothing(
         folder, capsys, monkeypatch, case):
@@ -106,16 +103,8 @@ def test_bad_input_is_one_sentence_and_code_2_and_writes_nothing(
     words, told = BAD_INPUT[case]
     if case != 'too many disparities':
         monkeypatch.setattr(evolve, 'warm_matcher', None)
-    before = contents(folder)
-    try:
-        code = main(words)
-    except SystemExit as ended:
-        code = ended.code
-    found = capsys.readouterr()
-    assert code == 2 and found.out == ''
-    assert re.fullmatch(r'fuzzy-stereo( evolve)?: [^\n]+\n', found.err), found.err
-    assert told in found.err
-    assert contents(folder) == before
+    said = rejection(capsys, *words)
+    assert re.match(r'fuzzy-stereo( evolve)?: ', said) and told in said
 
 
 def test_without_matplotlib_outputs_are_rejected_with_the_remedy(

@@ -1,9 +1,10 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""What the commands say where little or nothing can be matched."""
+"""What the commands say where little can be matched, and of rows that do not fit each other."""
 import json
 from pathlib import Path
 
+from bench.conditions import misaligned
 from fuzzy_stereo_ros.commands.command_line import main
 from fuzzy_stereo_ros.pairs.disparity_files import write_disparity
 from fuzzy_stereo_ros.pairs.image_files import write_image
@@ -11,76 +12,131 @@ from fuzzy_stereo_ros.synthetic.scenes import make_pair
 import numpy as np
 import pytest
 
-SHAPE = 60, 100
-WORDS = ('match', 'left.png', 'right.png', '--disparities', '16', '--output', 'out.pfm',
-         '--overwrite')
+BLACK = 60, 100
+DISPARITIES = 32
+MADE = make_pair(240, 320, DISPARITIES, seed=2, objects=6, noise=2.0)
+SHIFTED = MADE._replace(right=misaligned(MADE.right, tilt=0.8))
+SWAPPED = MADE._replace(left=MADE.right, right=MADE.left)
 
 
 @pytest.fixture
-def black(tmp_path, monkeypatch):
-    """Work in a folder with a pair of black images, and a truth for it."""
+def told(tmp_path, monkeypatch, capsys):
+    """Work in a folder; return a function that gives what a command prints, lines or JSON."""
     monkeypatch.chdir(tmp_path)
-    for name in ('left.png', 'right.png'):
-        write_image(name, np.zeros(SHAPE, np.uint8))
-    write_disparity('truth.pfm', np.full(SHAPE, 5, np.float32))
+
+    def run(*words):
+        capsys.readouterr()
+        assert main([*map(str, words)]) == 0
+        printed = capsys.readouterr().out
+        return json.loads(printed) if '--json' in words else printed
+
+    return run
 
 
-def test_no_figure_of_nothing_is_printed(black, capsys):
-    assert main([*WORDS, '--ground-truth', 'truth.pfm']) == 0
-    printed = capsys.readouterr().out
+def match_of(left, right, *options, disparities=DISPARITIES):
+    """Write a pair and return the words that match it."""
+    write_image('left.png', left)
+    write_image('right.png', right)
+    return ['match', 'left.png', 'right.png', '--disparities', disparities, '--output', 'out.pfm',
+            '--overwrite', *options]
+
+
+def black():
+    """Write the truth of a black pair and return the words that match it."""
+    write_disparity('truth.pfm', np.full(BLACK, 5, np.float32))
+    return match_of(*np.zeros((2, *BLACK), np.uint8), '--ground-truth', 'truth.pfm',
+                    disparities=16)
+
+
+def test_no_figure_of_nothing_is_printed(told):
+    printed = told(*black())
     assert 'none of 6000 pixels with ground truth has a disparity' in printed
     assert 'nan' not in printed
 
 
-def test_match_says_that_no_pixel_has_ground_truth_and_evolve_rejects_it(black, capsys):
-    write_image('mask.png', np.zeros(SHAPE, np.uint8))
-    truth = '--ground-truth', 'truth.pfm', '--mask', 'mask.png'
-    assert main([*WORDS, *truth]) == 0
-    assert 'no pixel has ground truth' in capsys.readouterr().out.splitlines()
-    assert main(['evolve', *WORDS[1:5], '--picture', 'evolution.png', *truth]) != 0
+def test_match_says_that_no_pixel_has_ground_truth_and_evolve_rejects_it(told, capsys):
+    words, mask = black(), ('--mask', 'mask.png')
+    write_image('mask.png', np.zeros(BLACK, np.uint8))
+    assert 'no pixel has ground truth' in told(*words, *mask).splitlines()
+    assert main(['evolve', *map(str, words[1:5]), *words[-2:], *mask]) != 0
     assert 'no pixel of truth.pfm counts' in capsys.readouterr().err
 
 
-def test_match_gives_the_cause_as_a_hint_in_words_and_in_json(tmp_path, monkeypatch, capsys):
-    monkeypatch.chdir(tmp_path)
-    made = make_pair(240, 320, 32, seed=2, objects=6, noise=1.5)
-    write_image('left.png', made.right)
-    write_image('right.png', made.left)
-    words = [*WORDS[:4], '32', *WORDS[5:]]
-    assert main([*words, '--json']) == 0
-    hint = json.loads(capsys.readouterr().out)['hint']
+def test_match_gives_the_cause_as_a_hint_in_words_and_in_json(told):
+    words = match_of(*SWAPPED[:2])
+    hint = told(*words, '--json')['hint']
     assert (hint['cause'], hint['warns']) == ('swapped', True)
-    assert main(words) == 0
-    assert f"hint: {hint['sentence']}" in capsys.readouterr().out.splitlines()
-    write_image('left.png', made.left)
-    write_image('right.png', made.right)
-    assert main(words) == 0
-    assert 'hint' not in capsys.readouterr().out
+    assert f"hint: {hint['sentence']}" in told(*words).splitlines()
+    assert 'hint' not in told(*match_of(*MADE[:2]))
 
 
-def test_replay_gives_each_cause_as_a_hint_once(tmp_path, monkeypatch, capsys):
-    made_bags = pytest.importorskip('made_bags')
-    monkeypatch.chdir(tmp_path)
-    made = make_pair(240, 320, 32, seed=2, objects=6, noise=1.5)
-    swapped = made._replace(left=made.right, right=made.left)
-    made_bags.write_bag(tmp_path / 'bag', pairs=[made, swapped, swapped])
-    words = 'replay', 'bag', '--disparities', '32', '--output'
-    assert main([*words, 'one', '--json']) == 0
-    (hint,) = json.loads(capsys.readouterr().out)['hints']
-    assert hint.startswith('left and right are swapped: ')
-    assert main([*words, 'two']) == 0
-    assert capsys.readouterr().out.count(f'hint: {hint}') == 1
-
-
-def test_evaluate_gives_the_cause_as_a_hint_of_a_scene(black, capsys):
+def test_evaluate_gives_the_cause_as_a_hint_of_a_scene(told):
     pytest.importorskip('jinja2')
+    black()
     folder = Path('black')
     folder.mkdir()
-    for name in ('left.png', 'right.png'):
-        Path(name).rename(folder / name)
-    Path('truth.pfm').rename(folder / 'groundtruth.pfm')
-    words = 'evaluate', 'black', '--disparities', '16', '--repeats', '1', '--matcher', 'ours'
-    assert main(list(words)) == 0
-    assert 'hint: black: the left and right images are black' in capsys.readouterr().out
-    assert main([*words, '--json']) == 0
-    assert 'are black' in json.loads(capsys.readouterr().out)['records'][0]['hint']
+    for name, new in (('left.png', 'left.png'), ('right.png', 'right.png'),
+                      ('truth.pfm', 'groundtruth.pfm')):
+        Path(name).rename(folder / new)
+    words = 'evaluate', folder, '--disparities', '16', '--repeats', '1', '--matcher', 'ours'
+    assert 'hint: black: the left and right images are black' in told(*words)
+    assert 'are black' in told(*words, '--json')['records'][0]['hint']
+
+
+# ---- rows ----
+
+
+def assert_shifted(found):
+    assert found['tilt'] == pytest.approx(0.8, abs=0.1)
+    assert found['undone']
+    assert found['faults'] == ['tilt']
+    assert found['advice'].startswith('recalibrate: the right image is 0.')
+
+
+@pytest.mark.parametrize('reference', ['left', 'right'])
+def test_match_reports_misalignment_as_json_and_in_words(told, reference):
+    words = match_of(*SHIFTED[:2], '--reference', reference)
+    found = told(*words, '--json')
+    assert_shifted(found['misalignment'])
+    assert f"row offset: {found['row_offset']}" in told(*words).splitlines()
+
+
+def test_match_reports_null_for_images_too_small_to_measure(told):
+    words = match_of(MADE.left[:40], MADE.left[:40], disparities=8)
+    assert told(*words, '--json')['misalignment'] is None
+    assert 'row offset: not measured: too few points' in told(*words)
+
+
+def test_replay_gives_each_cause_as_a_hint_once_and_reports_misalignment(told):
+    made_bags = pytest.importorskip('made_bags')
+    made_bags.write_bag(Path('swapped'), pairs=[MADE, SWAPPED, SWAPPED])
+    made_bags.write_bag(Path('shifted'), pairs=[SHIFTED] * 2)
+    options = '--disparities', DISPARITIES, '--output'
+    (hint,) = told('replay', 'swapped', *options, 'one', '--json')['hints']
+    assert hint.startswith('left and right are swapped: ')
+    assert told('replay', 'swapped', *options, 'two').count(f'hint: {hint}') == 1
+    assert_shifted(told('replay', 'shifted', *options, 'three', '--json')['misalignment'])
+    lines = told('replay', 'shifted', *options, 'four').splitlines()
+    assert any(line.startswith('row offset: right image against left, tilt +0.')
+               and 'recalibrate' in line for line in lines)
+
+
+def test_evaluate_has_columns_and_a_table(told):
+    pytest.importorskip('jinja2')
+    folder = Path('shifted')
+    folder.mkdir()
+    write_image(folder / 'left.png', SHIFTED.left)
+    write_image(folder / 'right.png', SHIFTED.right)
+    write_disparity(folder / 'groundtruth.pfm', MADE.truth)
+    words = 'evaluate', folder, '--disparities', DISPARITIES, '--repeats', 1, '--matcher', 'ours'
+    records = told(*words, 'opencv:bm', '--json')['records']
+    ours, theirs = ([one for one in records if one['matcher'] == name and one['kind'] == 'scene']
+                    for name in ('ours', 'opencv:bm'))
+    for record in ours:
+        assert record['row_tilt'] == pytest.approx(0.8, abs=0.1)
+        assert record['row_doubt'] < 0.05
+        assert record['row_advice'].startswith('recalibrate')
+    assert theirs and not any('row_tilt' in record for record in theirs)
+    text = told(*words)
+    assert text.count('### Row offsets') == 1 and '| recalibrate: the right image' in text
+    assert 'Row offsets' not in told(*words[:-1], 'opencv:bm')

@@ -144,15 +144,6 @@ def test_the_page_has_the_tables_and_the_figures_under_each_picture(evaluation):
     assert '<em>sparse</em>' in text
 
 
-def test_of_a_single_scene_the_page_shows_that_one(tmp_path):
-    write_named(tmp_path / 'only', pair())
-    assert main(['evaluate', str(tmp_path / 'only'), '--matcher', 'opencv:bm', '--html',
-                 str(tmp_path / 'page.html')]) == 0
-    found = Page((tmp_path / 'page.html').read_text(encoding='utf-8'))
-    assert found.headings[-2] == 'Scenes' and found.headings[-1].startswith('only ')
-    assert len(found.images) == 5
-
-
 def test_a_scene_of_which_nobody_has_a_result_is_shown_without_figures(tmp_path):
     for seed, name in enumerate('ab'):
         write_named(tmp_path / 'data' / name, pair(seed))
@@ -166,17 +157,6 @@ def test_a_scene_of_which_nobody_has_a_result_is_shown_without_figures(tmp_path)
     assert without.endswith('disparities')
     assert [image['alt'] for image in found.images if image['under'] == without] == [
         'left image', 'truth']
-
-
-def test_of_many_scenes_the_page_shows_the_best_and_the_worst(tmp_path, monkeypatch):
-    for seed, name in enumerate('abc'):
-        write_named(tmp_path / 'data' / name, pair(seed))
-    monkeypatch.setattr(page, 'MOST_SCENES', 2)
-    assert main(['evaluate', str(tmp_path / 'data'), '--matcher', 'opencv:bm', '--html',
-                 str(tmp_path / 'page.html')]) == 0
-    found = Page((tmp_path / 'page.html').read_text(encoding='utf-8'))
-    assert len([heading for heading in found.headings if 'left, right' in heading]) == 2
-    assert '1 in between have no pictures' in found.words
 
 
 class Ranked:

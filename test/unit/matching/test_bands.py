@@ -27,13 +27,6 @@ def test_bands_cover_each_row_once_and_in_order_and_end_with_a_row_of_tiles(cut,
     assert all(last % height == 0 or last == rows for _, _, last in bands)
 
 
-@given(st.integers(1, 5000), st.sampled_from([1, 8, 64]))
-def test_bands_are_of_like_size(rows, height):
-    bands = cut_bands(rows, height)
-    for _, first, last in bands:
-        assert abs(last - first - rows / len(bands)) < height + 1
-
-
 @given(st.integers(1, 9), st.integers(0, 4), st.integers(1, 60))
 def test_a_filter_of_bands_is_that_of_the_image(height, reach, rows):
     image = np.random.default_rng(rows).integers(0, 99, (rows, 3))
@@ -49,49 +42,11 @@ def test_a_filter_of_bands_is_that_of_the_image(height, reach, rows):
     np.testing.assert_array_equal(result, largest_near(image))
 
 
-def test_a_thread_pool_counts_the_time_of_its_calls():
-    pool = ThreadPool(2)
-    assert pool.shared == 0
-    pool.each(lambda item: None, range(3))
-    first = pool.shared
-    pool.each(lambda item: threading.Event().wait(0.02), range(2))
-    assert pool.shared > first + 15 and first > 0
-    pool.close()
-
-
-@pytest.mark.parametrize('rows, count', [
-    (1, 1), (127, 1), (128, 2), (639, 2), (640, 4), (1279, 4), (1280, 8), (4000, 8)])
-def test_larger_images_are_cut_into_more_bands(rows, count):
-    assert len(cut_bands(rows)) == count
-
-
 @given(st.integers(1, 5000), st.integers(1, 200), st.sampled_from([1, 32, 64]))
 def test_no_part_is_empty_and_there_are_at_most_so_many(rows, threads, height):
     parts = cut_parts(rows, threads, height)
     assert len(parts) <= min(2 * threads, MOST_PARTS)
     assert all(first < last for _, first, last in parts)
-
-
-@pytest.mark.parametrize('rows, threads, count', [
-    (240, 1, 1), (480, 1, 2), (1080, 1, 2), (59, 2, 1), (60, 2, 2), (479, 2, 2), (480, 2, 4),
-    (240, 8, 8), (480, 8, 8), (720, 8, 12), (1080, 8, 16), (4000, 16, 32), (4000, 99, 32),
-    (240, 5, 5), (240, 9, 8), (480, 9, 9), (480, 32, 16)])
-def test_there_are_two_parts_a_thread_and_one_where_images_are_small(rows, threads, count):
-    assert len(cut_parts(rows, threads)) == count == len(ThreadPool(threads).parts(rows))
-
-
-@pytest.mark.parametrize('threads', [1, 2, 3])
-def test_a_thread_pool_does_all_the_work_before_it_returns(threads):
-    pool, done = ThreadPool(threads), []
-    pool.each(done.append, range(20))
-    pool.close()
-    assert sorted(done) == list(range(20))
-
-
-def test_two_threads_work_at_the_same_time():
-    pool, both = ThreadPool(2), threading.Barrier(2, timeout=PATIENCE)
-    pool.each(lambda _: both.wait(), range(2))
-    pool.close()
 
 
 def processors_of_helpers(pool):
@@ -235,13 +190,6 @@ def test_an_item_that_a_helper_has_begun_is_waited_for():
     pool.close()
 
 
-def test_more_helpers_than_items_are_not_started():
-    pool = ThreadPool(64)
-    pool.each(lambda item: None, range(4))
-    assert len(pool._helpers) == 3
-    pool.close()
-
-
 @pytest.mark.parametrize('threads', [1, 2, 5])
 @given(st.lists(st.floats(0, 1), max_size=60))
 def test_an_item_begins_once_the_items_it_needs_are_done(threads, shares):
@@ -317,12 +265,6 @@ def test_an_error_of_the_work_is_raised(threads):
     pool = ThreadPool(threads)
     with pytest.raises(ZeroDivisionError):
         pool.each(lambda item: 1 // item, [2, 1, 0])
-    pool.close()
-
-
-def test_0_threads_means_one_per_core():
-    pool = ThreadPool(0)
-    assert pool.threads >= 1
     pool.close()
 
 

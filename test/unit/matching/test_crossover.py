@@ -1,7 +1,6 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Crossover by a line, by regions and by a minimum cut, over exchanges made up."""
-from bench.variants import Line
 from fuzzy_stereo_ros.matching.crossover import Cut, Exchange, LARGEST, Regions
 from hypothesis import given, settings, strategies as st
 import networkx
@@ -10,18 +9,6 @@ import pytest
 import reference_crossover as twins
 
 sizes = st.integers(1, 7)
-
-
-class Draws:
-    """A random source that draws one number again and again."""
-
-    def __init__(self, number):
-        """Keep the number, from 0 up to but not including 1."""
-        self._number = number
-
-    def uniform(self, count):
-        """Return as many draws as are asked for."""
-        return np.full(count, self._number)
 
 
 def exchange_of(shape, neighbours, seed, share=1.0, alone=(-10, 31), together=(-20, 1)):
@@ -158,11 +145,3 @@ def test_changes_beyond_the_largest_are_rejected(change, memory):
 
 
 # ---- the line ----
-
-
-@settings(max_examples=100, deadline=None)
-@given(exchanges((-20, 21)), st.floats(0, 1, exclude_max=True))
-def test_all_cells_below_a_line_are_taken(exchange, draw):
-    taken = crossed(lambda exchange: Line()(exchange, Draws(draw)), exchange)
-    rows = exchange.cells // exchange.shape[1]
-    np.testing.assert_array_equal(taken, rows >= int(draw * exchange.shape[0]))

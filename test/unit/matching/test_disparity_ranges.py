@@ -1,18 +1,17 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""What the half-size map tells the full search: windows of labels, weak texture, a prior."""
+"""The half-size search as a whole, and the windows of labels that it gives the full one."""
 from census_scene import random_map, read_moved, small_pair
 from fuzzy_stereo_ros.matching.bands import ThreadPool
-from fuzzy_stereo_ros.matching.kernels.scanlines.disparity_ranges import (
-    flat, half_prior, texture_steps, tile_windows, weak_texture)
+from fuzzy_stereo_ros.matching.kernels.scanlines.disparity_ranges import flat, tile_windows
 from fuzzy_stereo_ros.matching.kernels.simd import LANES
 from fuzzy_stereo_ros.matching.kernels.units import INVALID
 from fuzzy_stereo_ros.matching.over_frames.pictures import luminance_shift
-from fuzzy_stereo_ros.matching.realtime.half_size import HalfSize, SPECKLE, TILE
+from fuzzy_stereo_ros.matching.realtime.half_size import (
+    CLEAR, FLAT, HalfSize, NOISY_STEPS, SPECKLE, TILE, WEAK_TEXTURE)
 from fuzzy_stereo_ros.matching.realtime.possibility import (
     CensusPicture, CensusPossibility, extra_columns, HALF_SIZE)
-from fuzzy_stereo_ros.matching.realtime.scanlines import (
-    gene_type, OVERLAP)
+from fuzzy_stereo_ros.matching.realtime.scanlines import gene_type, OVERLAP
 from hypothesis import given, settings, strategies as st
 import numpy as np
 import pytest
@@ -21,7 +20,7 @@ import reference_refinement
 import reference_search as twins
 
 sizes = st.integers(2, 40)
-SHAPES = [(2, 2), (3, 3), (2, 9), (9, 2), (13, 21), (16, 40)]
+NOISE = 20.0        # grey levels, by which half of the texture of a small pair is weak
 
 
 def windows_of(half, shape, disparities, tile, grow, margin, half_disparities=None):
@@ -71,20 +70,6 @@ def test_a_tile_whose_half_map_reaches_its_end_is_searched_to_the_last_label(nea
     assert min(72, 32 * blocks[0, 0]) == last
 
 
-@settings(max_examples=60, deadline=None)
-@given(sizes, sizes, st.integers(1, 256), st.integers(0, 700), st.integers(0, 999))
-def test_weak_texture_is_that_of_the_twin(rows, columns, greys, limit, seed):
-    grey = random_map((rows, columns), greys, seed)
-    padded = np.pad(grey, ((0, 0), (0, 64)))
-    half = rows // 2, columns // 2
-    steps, weak = np.zeros(half, np.uint16), np.full(half, 9, np.uint8)
-    for first, last in ((0, 1), (1, half[0])):
-        texture_steps(padded, steps, first, last)
-    for first, last in ((0, 1), (1, half[0])):
-        weak_texture(steps, limit, weak, first, last)
-    np.testing.assert_array_equal(weak, twins.weak_texture(grey, limit))
-
-
 @pytest.mark.parametrize('dtype', [np.uint8, np.uint16])
 @pytest.mark.parametrize('shape', [(1, 1), (1, 9), (9, 1), (2, 2), (8, 11)])
 @pytest.mark.parametrize('most', [0, 1, 3])
@@ -97,31 +82,11 @@ def test_flat_is_that_of_the_twin(shape, dtype, most):
     np.testing.assert_array_equal(smooth, twins.flat(labels, most))
 
 
-@pytest.mark.parametrize('dtype', [np.uint8, np.uint16])
-@pytest.mark.parametrize('shape', SHAPES)
-def test_the_half_map_is_a_prior_where_texture_is_weak_and_it_is_flat_and_not_rejected(
-        shape, dtype):
-    size = shape[0] // 2, shape[1] // 2
-    half = 1 + random_map(size, 120, 1, np.uint8)
-    validity, weak, smooth = (random_map(size, limit, limit) for limit in (3, 2, 2))
-    chosen = np.where(random_map(size, 2, 4) == 1, half, 100)
-    offsets = random_map(size, 16, 5, np.int8) - np.int8(8)
-    labels, weights = np.full(shape, 9, dtype), np.full(shape, 9, np.uint8)
-    margins = random_map(size, 9, 6)
-    for first, last in ((0, 1), (1, size[0])):
-        half_prior(half, (chosen, offsets, margins, validity), weak, smooth, 4, (labels, weights),
-                   first, last)
-    luminance = 2 * half + np.where(chosen == half, np.rint(offsets / 8), 0)
-    np.testing.assert_array_equal(labels, twins.doubled(luminance, shape))
-    reliance = (weak == 1) & (smooth == 1) & (validity != INVALID) & (margins >= 4)
-    np.testing.assert_array_equal(weights, twins.doubled(reliance, shape))
-
-
 # ---- the half-size chromosome as a whole ----
 
 
 def half_map_of_twins(left, right, disparities, places, min_disparity):
-    """Return labels, validity and chosen labels of the half-size search, put together of twins."""
+    """Return labels and validity of the half-size search, and labels and weights of its prior."""
     halves, extra = [], extra_columns(min_disparity, disparities)
     for image, moved in ((left, (0, places)), (right, (min_disparity, places, extra))):
         luminance = reference_census.luminance(image, *moved)
@@ -144,12 +109,18 @@ def half_map_of_twins(left, right, disparities, places, min_disparity):
     validity = reference_refinement.validities(labels, target, inside)
     validity = reference_refinement.without_speckles(labels, validity, 1, SPECKLE)
     filled = reference_refinement.filled_by_rows(labels, validity)
-    return reference_refinement.median_of_25(filled), validity
+    smooth = reference_refinement.median_of_25(filled)
+    grey = reference_census.eight_bits(reference_census.luminance(left, 0, places))
+    reliance = (twins.weak_texture(grey, int(np.hypot(WEAK_TEXTURE, NOISY_STEPS * NOISE)))
+                & twins.flat(smooth, FLAT) & (validity != INVALID) & (chosen[3] >= CLEAR))
+    finer = 2 * smooth.astype(int) + np.where(labels == smooth, np.rint(chosen[1] / 8), 0)
+    return smooth, validity, *(twins.doubled(one, left.shape[:2]) for one in (finer, reliance))
 
 
 @pytest.mark.parametrize('shape', [(2, 2), (3, 9), (41, 61), (50, 40), (220, 12)])
 @pytest.mark.parametrize('disparities, min_disparity', [
-    (1, 0), (17, 5), (70, 0), (17, -6), (18, -3), (9, -20), (8, -20), (16, -200), (1, -1)])
+    (1, 0), (17, 5), (70, 0), (300, 0), (17, -6), (18, -3), (9, -20), (8, -20), (16, -200),
+    (1, -1)])
 def test_the_half_size_chromosome_is_put_together_as_by_the_twins(
         shape, disparities, min_disparity):
     left, right = small_pair(*shape, channels=3)
@@ -166,10 +137,11 @@ def test_the_half_size_chromosome_is_put_together_as_by_the_twins(
         view.halve(half, 0, half_rows)
     possibility.describe(CensusPicture.describe, 0, half_rows)
     half_size, pool = HalfSize(possibility, *shape, disparities), ThreadPool(1)
-    half = half_size.search(pool, full[0].grey, 0.0)
-    labels, validity = half_map_of_twins(left, right, disparities, places, min_disparity)
-    np.testing.assert_array_equal(half.validity, validity)
-    np.testing.assert_array_equal(half.labels, labels)
+    half = half_size.search(pool, full[0].grey, NOISE)
+    for found, expected in zip(
+            (half.labels, half.validity, half.prior.labels, half.prior.weights),
+            half_map_of_twins(left, right, disparities, places, min_disparity)):
+        np.testing.assert_array_equal(found, expected)
 
 
 def test_noise_is_not_taken_for_texture():

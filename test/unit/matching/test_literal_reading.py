@@ -1,67 +1,16 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """The literal reading: Eq. 3 and Eq. 4, who lives, crossover, mutation, and their random."""
-from fuzzy_stereo_ros.matching.bands import ThreadPool
-from fuzzy_stereo_ros.matching.config import MatcherConfig
 from fuzzy_stereo_ros.matching.kernels.genetic.literal_reading import (
     fill_row_fitness, least_possible_level, place_patches)
 from fuzzy_stereo_ros.matching.kernels.genetic.random_numbers import (
     fill_random_genes, fill_uniform, key_of, scatter_random_genes)
-from fuzzy_stereo_ros.matching.kernels.genetic.uniform_fitness import FRAME
 from fuzzy_stereo_ros.matching.paper import operators
-from fuzzy_stereo_ros.matching.paper.fitness import (
-    inside, LiteralFitness)
 from hypothesis import given, settings, strategies as st
 from hypothesis.extra import numpy as arrays
 import numpy as np
 import pytest
 import reference
-
-SHAPES = [(7, 11), (1, 9), (9, 1)]
-# Pairs of disparities and min_disparity; in the last four no match lies inside the image.
-RANGES = [(4, 0), (5, -3), (6, 2), (30, 0), (3, 40), (3, -40), (3, 12), (14, -27)]
-
-
-def scene(shape, disparities, min_disparity, seed=0):
-    """Return a pair, a chromosome and Eq. 2 in 255ths."""
-    generator = np.random.default_rng(seed)
-    left, right = generator.integers(0, 256, (2, *shape)).astype(np.uint8)
-    chromosome = generator.integers(0, disparities, shape).astype(np.uint16)
-    volume = reference.possibility_volume(left, right, disparities, min_disparity, 54.0)
-    return left, right, chromosome, volume
-
-
-def measure(left, right, disparities, min_disparity, neighbourhood):
-    config = MatcherConfig.from_profile(
-        'paper', disparities=disparities, min_disparity=min_disparity,
-        neighbourhood=neighbourhood, reading='literal')
-    found = LiteralFitness(config, *left.shape[:2])
-    found.set_pair(ThreadPool(1), None, (left, right), None)
-    return found
-
-
-def rows_of(measured, chromosome, first=0, last=None):
-    rows, columns = chromosome.shape
-    framed = np.zeros((rows + 2, columns + FRAME), np.uint16)
-    inside(framed)[:] = chromosome
-    found = np.full(rows, -1, np.int64)
-    total = measured.evaluate(framed, np.zeros(framed.shape, np.uint8), found, first,
-                              rows if last is None else last)
-    assert total == found.sum()
-    return found
-
-
-@pytest.mark.parametrize('neighbourhood', [1, 3, 5, 31])
-@pytest.mark.parametrize('disparities, min_disparity', RANGES)
-@pytest.mark.parametrize('shape', SHAPES)
-def test_the_fitness_of_each_row_is_that_of_the_twin(
-        shape, disparities, min_disparity, neighbourhood):
-    left, right, chromosome, volume = scene(shape, disparities, min_disparity)
-    found = rows_of(measure(left, right, disparities, min_disparity, neighbourhood), chromosome)
-    whole = np.rint(255 * volume).astype(np.int64)
-    assert found.tolist() == reference.row_fitness(
-        whole, chromosome, reference.sobel_norm(left), reference.sobel_norm(right),
-        min_disparity, neighbourhood)
 
 
 def test_the_largest_sums_do_not_overflow():

@@ -332,15 +332,3 @@ def test_what_is_no_pair_is_rejected_with_a_sentence_and_the_next_pair_is_matche
         with pytest.raises(ValueError) as error:
             matcher.match(left, right)
         assert str(error.value) == sentence
-
-
-@pytest.mark.parametrize('profile', ['realtime', 'paper'])
-def test_each_pair_is_a_frame_of_the_thread_pool(profile):
-    matcher = StereoMatcher(MatcherConfig.from_profile(
-        profile, disparities=16, threads=2, generations=1))
-    image = np.random.default_rng(1).integers(0, 255, (130, 96), np.uint8)
-    for number in range(3):
-        matcher.match(image, image)
-        pool = matcher.algorithm.pool
-        assert sum(map(len, pool.places._times.values())) == number
-    assert pool.shared > 0

@@ -1,7 +1,6 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """The profile `paper` as a whole, in its readings."""
-
 import cv2
 from fuzzy_stereo_ros.matching.config import MatcherConfig
 from fuzzy_stereo_ros.matching.evolution import Budget, Random
@@ -42,7 +41,9 @@ def evolved(images=None, words=(0, 0), observe=None, stages=None, **changes):
 
 @pytest.mark.parametrize('shape, disparities, min_disparity', [
     ((9, 14), 5, 0), ((1, 12), 4, -2), ((12, 1), 3, 0), ((8, 6), 20, -3), ((5, 7), 3, 30)])
-def test_every_fitness_of_every_literal_generation_is_eq_3(shape, disparities, min_disparity):
+@pytest.mark.parametrize('neighbourhood', [1, 3, 31])
+def test_every_fitness_of_every_literal_generation_is_eq_3(
+        shape, disparities, min_disparity, neighbourhood):
     """Also for the elite, which is not evaluated again, and beside the crossover line."""
     left, right = pair(shape=shape)
     volume = np.rint(255 * reference.possibility_volume(
@@ -53,12 +54,12 @@ def test_every_fitness_of_every_literal_generation_is_eq_3(shape, disparities, m
     def check(number, population):
         for chromosome, fitness in zip(population, matcher.population.fitness):
             assert chromosome.max() < disparities
-            assert fitness * 255 == pytest.approx(
-                reference.fitness(volume, chromosome, *norms, min_disparity, 3), abs=1e-6)
+            assert fitness * 255 == pytest.approx(reference.fitness(
+                volume, chromosome, *norms, min_disparity, neighbourhood), abs=1e-6)
         seen.append(number)
 
     config = config_for(reading='literal', disparities=disparities, min_disparity=min_disparity,
-                        population=6, neighbourhood=3)
+                        population=6, neighbourhood=neighbourhood)
     matcher = PaperMatcher(config, *shape)
     matcher.match(left, right, None, Random((0, 0)), Budget(3, 0, 0), check)
     assert seen == [1, 2, 3]
@@ -235,14 +236,3 @@ def test_the_result_is_the_best_in_pixels_and_by_how_much_its_matches_are_more_p
     np.testing.assert_allclose(match.confidence, np.exp(-8 * growth) * np.interp(
         10 * cv2.blur(certainty, (9, 9)), range(11), RIGHT), atol=1e-6)
     assert list(match.times) == ['pictures', 'possibility', 'seeds', 'generations', 'refinement']
-
-
-def test_the_possibility_of_a_literal_chromosome_is_eq_2_to_half_a_255th():
-    left, right = pair()
-    matcher, _ = evolved((left, right), reading='literal')
-    chromosome = matcher.population.genes[0]
-    exact = reference.chosen_possibility(
-        reference.possibility_volume(left, right, DISPARITIES, 0, 54.0), chromosome)
-    found = matcher.possibility_of(chromosome)
-    assert found.dtype == np.float32
-    assert np.abs(found - exact).max() <= 0.5001 / 255

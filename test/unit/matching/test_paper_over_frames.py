@@ -51,14 +51,6 @@ def test_a_population_is_moved_as_by_the_twins(rows, columns, down, right, seed)
             np.testing.assert_allclose(genes, expected, rtol=0 if kind == np.uint16 else 1e-6)
 
 
-def test_what_stays_in_place_keeps_its_genes():
-    before = np.random.default_rng(0).integers(0, 24, (20, 30)).astype(np.uint16)
-    genes = np.zeros_like(before)
-    inherit(before, np.arange(600, dtype=np.int32).reshape(20, 30), -3.7, (0.0, 0.0, 1.0, 0.0),
-            23, 0.5, np.zeros_like(before), genes)
-    np.testing.assert_array_equal(genes, before)
-
-
 def test_a_map_grows_out_of_noise_while_frames_come():
     pairs = frames()
     matches, _ = matches_of(pairs, generations=4)

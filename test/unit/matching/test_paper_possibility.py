@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Eq. 1, Eq. 2, the possibility volume and the levels they are defined on."""
 from fuzzy_stereo_ros.matching import MatcherConfig
-from fuzzy_stereo_ros.matching.kernels.genetic.uniform_fitness import fill_chosen, FRAME
+from fuzzy_stereo_ros.matching.kernels.genetic.uniform_fitness import FRAME
 from fuzzy_stereo_ros.matching.kernels.possibility.fuzzy_classes import (
     average_over_uniform, fill_class_possibility, fill_largest_elsewhere, fill_planes,
     most_possible, REACH)
@@ -37,20 +37,6 @@ def test_the_planes_are_those_of_the_twin(shape, disparities, min_disparity):
     exact = reference.possibility_volume(left, right, disparities, min_disparity, 54.0)
     np.testing.assert_array_equal(np.moveaxis(inside(found.planes), 0, 2),
                                   np.rint(255 * exact).astype(np.uint8))
-
-
-@pytest.mark.parametrize('shape', SHAPES)
-def test_the_possibility_of_a_chromosome_is_read_from_the_planes(shape):
-    generator = np.random.default_rng(1)
-    volume = generator.integers(0, 256, (*shape, 6)).astype(np.uint8)
-    framed = shape[0] + 2, shape[1] + FRAME
-    planes, genes, chosen = (np.zeros((*before, *framed), kind) for before, kind in (
-        ((6,), np.uint8), ((), np.uint16), ((), np.uint8)))
-    inside(planes)[:] = np.moveaxis(volume, 2, 0)
-    inside(genes)[:] = generator.integers(0, 6, shape)
-    fill_chosen(planes, genes, 0, shape[0], chosen)
-    np.testing.assert_array_equal(
-        inside(chosen), reference.chosen_possibility(volume, inside(genes)))
 
 
 # ---- the uniform reading ----

@@ -6,12 +6,14 @@ from functools import cache
 import gc
 import weakref
 
-from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
+from bench.conditions import misaligned
+from fuzzy_stereo_ros.matching import MatcherConfig, PROFILES, StereoMatcher
 from fuzzy_stereo_ros.matching.matcher import ALGORITHMS
 from fuzzy_stereo_ros.synthetic.scenes import make_pair, make_sequence
 from made_scenes import bits, matched, scene
 import numpy as np
 import pytest
+from reference_refinement import components
 
 SMALL = {'disparities': 24, 'threads': 1}
 PAPER = {**SMALL, 'population': 6, 'generations': 3, 'reference': 'left'}
@@ -186,3 +188,41 @@ def test_a_threshold_makes_what_is_less_sure_invalid(config):
     sure = matched(scene(), config, confidence_threshold=float(threshold))
     np.testing.assert_array_equal(
         np.isnan(sure.disparity), np.isnan(every.disparity) | (every.confidence < threshold))
+
+
+# ---- small holes ----
+
+
+LARGEST_HOLE = 12      # px
+
+
+@pytest.fixture(scope='module')
+def pairs():
+    """Return frames of a noisy scene with holes of many sizes, whose rows do not fit."""
+    frames = [make_pair(120, 200, 32, 4, objects=6, noise=noise) for noise in (4.0, 5.0)]
+    return [(one.left, misaligned(one.right, tilt=1.5)) for one in frames]
+
+
+def last_of(pairs, profile, **changes):
+    matcher = StereoMatcher(MatcherConfig.from_profile(profile, **{
+        'disparities': 32, 'generations': 2, 'threads': 1, **changes}))
+    return [matcher.match(*pair) for pair in pairs][-1]
+
+
+@pytest.mark.parametrize(('profile', 'threshold'), [
+    *(pytest.param(name, 0.0, marks=[pytest.mark.slow] * (name == 'quality'))
+      for name in PROFILES), ('realtime', 0.5)])
+def test_small_holes_are_filled_and_all_else_stays_as_it_is(pairs, profile, threshold):
+    plain, filled, found = (
+        last_of(pairs, profile, confidence_threshold=threshold, **changes)
+        for changes in ({}, {'fill': True}, {'fill_holes': LARGEST_HOLE}))
+    expected, sizes = plain.disparity.copy(), []
+    for places in components(np.isnan(plain.disparity), lambda *_: True):
+        region = tuple(np.transpose(places))
+        sizes.append(len(places))
+        if sizes[-1] <= LARGEST_HOLE:
+            expected[region] = filled.disparity[region]
+    assert max(sizes) > LARGEST_HOLE
+    assert np.isnan(expected).sum() < np.isnan(plain.disparity).sum()
+    np.testing.assert_array_equal(found.disparity, expected)
+    np.testing.assert_array_equal(found.confidence, plain.confidence)

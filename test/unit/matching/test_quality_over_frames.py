@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""The profile `quality` over frames: averaged pictures, and the map of the frame before."""
+"""The profile `quality`: averaged pictures and the map of the frame before; single pairs."""
 from dataclasses import replace
 from itertools import pairwise
 
@@ -15,7 +15,7 @@ from fuzzy_stereo_ros.matching.quality.operators import OPERATORS
 from fuzzy_stereo_ros.matching.quality.seed import parent_of, ScanlineSeed
 from fuzzy_stereo_ros.synthetic.scenes import FOCAL, make_sequence
 import made_scenes
-from made_scenes import bits, wrong
+from made_scenes import bits, matched, scene, wrong
 import numpy as np
 import pytest
 
@@ -184,3 +184,60 @@ def test_where_objects_move_and_one_appears_no_error_is_added():
     warm, cold = (matches_of(some, None, StereoMatcher(config))[0][-1]
                   for some in (pairs, pairs[-1:]))
     assert wrong(warm, pairs[-1]) < wrong(cold, pairs[-1]) + 0.1
+
+
+# ---- single pairs ----
+
+
+def test_a_made_scene_is_found():
+    for seed in range(3):
+        pair = scene(90, 140, seed)
+        assert wrong(matched(pair, CONFIG), pair) < 5
+
+
+def test_the_history_has_a_row_a_generation_and_crossovers_lose_nothing():
+    history = matched(scene(), CONFIG, generations=6).history
+    assert len(history) == 6
+    for row in history:
+        assert list(row.gains) == list(OPERATORS)
+        assert 0 < row.best_fitness < 1 and row.mean_fitness <= row.best_fitness
+        assert all(gain >= 0 for name, gain in row.gains.items() if name != 'trust')
+
+
+def test_generations_make_the_planes_fitter():
+    matcher, pair = StereoMatcher(replace(CONFIG, generations=1)), scene()
+    first = matcher.match(pair.left, pair.right).history[0]
+    assert sum(gain for name, gain in first.gains.items() if name != 'trust') > 0.006
+
+
+def test_a_uniform_pair_is_rejected_and_noise_is_not_sure():
+    uniform = np.full((60, 100, 3), 90, np.uint8)
+    noise = np.random.default_rng(0).integers(0, 255, (2, 60, 100, 3)).astype(np.uint8)
+    config = replace(CONFIG, fill=False)
+    nothing = StereoMatcher(config).match(uniform, uniform)
+    assert np.isnan(nothing.disparity).all() and (nothing.confidence == 0).all()
+    unlike = StereoMatcher(config).match(*noise)
+    assert np.isnan(unlike.disparity).mean() > 0.9 and unlike.confidence.max() < 0.4
+
+
+def test_past_the_deadline_the_map_of_realtime_is_the_result():
+    pair = scene(90, 140)
+    for fill in (False, True):
+        found = matched(pair, CONFIG, deadline_ms=1e-3, fill=fill)
+        expected = matched(pair, MatcherConfig.from_profile(
+            'realtime', disparities=24, threads=1, fill=True, warm_start=False,
+            align_rows=CONFIG.align_rows))
+        sure = expected.confidence > 0
+        assert sure.mean() > 0.5 and found.generations == 0
+        np.testing.assert_array_equal(found.disparity[sure], expected.disparity[sure])
+        np.testing.assert_array_equal(found.confidence, expected.confidence)
+        assert np.isfinite(found.disparity[~sure]).all() == fill
+
+
+def test_an_observer_sees_the_map_as_labels():
+    seen = []
+    pair = scene()
+    StereoMatcher(CONFIG).match(pair.left, pair.right, None,
+                                lambda _, population: seen.append(population.copy()))
+    assert [len(population) for population in seen] == [1, 1, 1, 1]
+    assert all(population.dtype.kind == 'i' and population.max() < 24 for population in seen)

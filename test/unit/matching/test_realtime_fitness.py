@@ -8,7 +8,7 @@ from fuzzy_stereo_ros.matching.crossover import Cut, Exchange, Regions
 from fuzzy_stereo_ros.matching.evolution import Random
 from fuzzy_stereo_ros.matching.kernels.genetic.exchange import copy_taken, differing_cells
 from fuzzy_stereo_ros.matching.kernels.genetic.gene_cost import (
-    exchange_changes, gene_costs, Scene, SMOOTHNESS)
+    exchange_changes, Scene, SMOOTHNESS)
 from fuzzy_stereo_ros.matching.kernels.scanlines.volume import Penalties
 from fuzzy_stereo_ros.matching.realtime.fitness import (
     CensusFitness, CONTRADICTED, HIDDEN, SAMPLE_STEP)
@@ -44,17 +44,6 @@ def scene_of(shape, disparities, min_disparity, seed=0):
 def fields(scene):
     """Return the features of a possibility and a Scene, as kernels take them."""
     return tuple(scene[0].features), tuple(scene[1])
-
-
-@pytest.mark.parametrize('first, last, looked_at', [(0, 9, [0, 4, 8]), (1, 8, [4]), (5, 8, [])])
-def test_a_sample_of_rows_is_that_of_the_image_not_of_the_band(first, last, looked_at):
-    scene, dtype, twin = scene_of((9, 30), 25, 0)
-    chromosome = random_map((9, 30), 9, 1, dtype)
-    costs = np.full((9, 30), 99, np.uint8)
-    gene_costs(*fields(scene), chromosome, costs, 4, first, last)
-    expected = np.full((9, 30), 99)
-    expected[looked_at] = twin(chromosome)[looked_at]
-    np.testing.assert_array_equal(costs, expected)
 
 
 # ---- an exchange of genes ----

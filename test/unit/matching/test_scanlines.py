@@ -5,7 +5,7 @@ from census_scene import random_map, seen, small_pair, twin_costs
 from fuzzy_stereo_ros.matching.bands import all_before, ThreadPool
 from fuzzy_stereo_ros.matching.kernels.scanlines.tasks import ACROSS, COMPLETE
 from fuzzy_stereo_ros.matching.kernels.scanlines.volume import (
-    place_windows, SearchResult, Windows)
+    SearchResult)
 from fuzzy_stereo_ros.matching.kernels.scanlines.winner_takes_all import choose_of_target
 from fuzzy_stereo_ros.matching.kernels.simd import LANES
 from fuzzy_stereo_ros.matching.realtime import scanlines
@@ -204,25 +204,6 @@ def test_the_number_of_threads_changes_nothing(disparities):
                   for threads in (1, 3))
     for values, expected in zip(three.scanlines.chosen, one.scanlines.chosen):
         np.testing.assert_array_equal(values, expected)
-
-
-def test_an_array_that_is_not_contiguous_is_rejected():
-    scanned = Scanned((5, 8), 4)
-    prior = scanned.scanlines.no_prior
-    with pytest.raises(ValueError, match='not contiguous'):
-        scanned.scanlines.search(ThreadPool(1), prior._replace(weights=prior.weights[::-1]))
-
-
-def test_costs_of_tiles_lie_one_behind_the_other_and_their_rows_not_a_page_apart():
-    blocks = np.random.default_rng(1).integers(1, 5, (3, 4))
-    windows = Windows(np.zeros_like(blocks), blocks, np.full_like(blocks, 9), np.zeros(3, int))
-    for part in ((0, 1), (1, len(windows.row_size))):
-        place_windows(tuple(windows), 50, 16, 4096, 448, *part)
-    sizes = LANES * blocks * (16, 16, 16, 2)
-    np.testing.assert_array_equal(windows.offset[:, 0], 0)
-    np.testing.assert_array_equal(np.diff(windows.offset), sizes[:, :-1])
-    spare = windows.row_size - sizes.sum(axis=1)
-    assert np.all((spare >= 0) & (spare < 4096) & (windows.row_size % 4096 == 448))
 
 
 def test_what_was_searched_before_leaves_no_trace():

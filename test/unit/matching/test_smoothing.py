@@ -1,6 +1,7 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """What of a pair is smoothed before matching: what JPEG quantised, and what is too sharp."""
+from census_scene import padded
 import cv2
 from fuzzy_stereo_ros.matching import MatcherConfig
 from fuzzy_stereo_ros.matching.bands import ThreadPool
@@ -57,11 +58,6 @@ def fine(image):
     """Return the luminance of an image as it is: int64 (R, C)."""
     image = image.astype(np.int64)
     return 256 * image if image.ndim == 2 else 64 * (image @ (1, 2, 1))
-
-
-def padded(image):
-    """Return luminance with its margin and slack: uint16."""
-    return np.pad(np.pad(image, MARGIN, 'edge'), ((0, 0), (0, SLACK)), 'edge').astype(np.uint16)
 
 
 IMAGES = (st.integers(0, 2**20), st.integers(1, 40), st.integers(1, 150))

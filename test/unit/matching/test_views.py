@@ -1,11 +1,11 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """What is read of images: luminance, halving, census, gradient, penalties, noise."""
-from census_scene import random_map, small_pair
+from census_scene import padded, random_map, small_pair
 from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
 from fuzzy_stereo_ros.matching.bands import ThreadPool
 from fuzzy_stereo_ros.matching.kernels.possibility import features
-from fuzzy_stereo_ros.matching.kernels.possibility.features import MARGIN, SLACK
+from fuzzy_stereo_ros.matching.kernels.possibility.features import MARGIN
 from fuzzy_stereo_ros.matching.over_frames.pictures import luminance_shift, NoiseEstimate
 from fuzzy_stereo_ros.matching.realtime.possibility import CensusPicture
 from fuzzy_stereo_ros.matching.realtime.views import Views
@@ -34,10 +34,6 @@ def unmirrored(values, view):
     return inside[..., ::-1] if view.mirrored else inside
 
 
-def luminance_of(view):
-    return unmirrored(view.luminance[MARGIN:-MARGIN, MARGIN:], view)
-
-
 def codes_of(view):
     """Return the three byte planes of the census as numbers of 24 bits."""
     planes = unmirrored(view.census, view).astype(np.int64)
@@ -57,8 +53,7 @@ def check(image, mirrored, shift=0, places=None):
     luminance = twins.luminance(
         image, shift, luminance_shift(image, image) if places is None else places)
     seen = luminance[:, ::-1] if mirrored else luminance
-    around = np.pad(seen, ((MARGIN, MARGIN), (MARGIN, MARGIN + SLACK)), 'edge')
-    np.testing.assert_array_equal(view.luminance, around)
+    np.testing.assert_array_equal(view.luminance, padded(seen))
     np.testing.assert_array_equal(unmirrored(view.grey, view), twins.eight_bits(luminance))
     np.testing.assert_array_equal(codes_of(view), twins.census(luminance))
     np.testing.assert_array_equal(
@@ -117,48 +112,6 @@ def test_a_dark_pair_of_8_bits_is_matched_as_one_of_16_bits(channels):
     np.testing.assert_array_equal(*maps)
 
 
-def test_a_black_pair_has_a_scale_too():
-    black = np.zeros((250, 400), np.uint16)
-    assert luminance_shift(black, black) == 15
-
-
-# ---- a wider view ----
-
-
-@pytest.mark.parametrize('shape', [(1, 1), (2, 2), (3, 9), (5, 40)])
-@pytest.mark.parametrize('begin, extra', [(1, 2), (3, 4), (4, 4), (20, 6), (20, 20), (200, 8)])
-def test_a_view_is_spread_into_a_wider_one_that_loses_nothing_of_it(shape, begin, extra):
-    image = image_of(shape)
-    narrow, wide = view_of(image, True), CensusPicture(shape[0], shape[1] + extra, True, REACH)
-    grey = wide.grey.copy()
-    for first, last in ((shape[0] // 2, shape[0]), (0, shape[0] // 2)):
-        wide.spread(narrow, begin, first, last)
-    luminance = twins.luminance(image, -begin, luminance_shift(image, image), extra)
-    around = np.pad(luminance[:, ::-1], ((MARGIN, MARGIN), (MARGIN, MARGIN + SLACK)), 'edge')
-    np.testing.assert_array_equal(wide.luminance, around)
-    np.testing.assert_array_equal(unmirrored(wide.grey, wide), twins.eight_bits(luminance))
-    np.testing.assert_array_equal(wide.grey[:, wide.columns:], grey[:, wide.columns:])
-
-
-# ---- half size ----
-
-
-@pytest.mark.parametrize('shape', [(2, 2), (3, 3), (2, 9), (9, 2), (7, 66), (8, 131)])
-@BOTH_WAYS
-def test_the_half_size_image_is_the_mean_of_2_by_2_pixels(shape, mirrored):
-    image = image_of(shape, 3)
-    view = view_of(image, mirrored)
-    half = CensusPicture(shape[0] // 2, shape[1] // 2, mirrored, REACH)
-    view.halve(half, 0, half.rows)
-    luminance = twins.luminance(image, 0, 6)
-    np.testing.assert_array_equal(luminance_of(half), twins.halved(luminance, rounded=False))
-    np.testing.assert_array_equal(
-        unmirrored(half.grey, half), twins.halved(twins.eight_bits(luminance), rounded=True))
-    half.describe(0, half.rows)
-    np.testing.assert_array_equal(
-        codes_of(half), twins.census(luminance_of(half).astype(np.int64)))
-
-
 # ---- noise ----
 
 
@@ -210,14 +163,10 @@ def test_noise_is_found_where_a_picture_is_plain_although_most_of_it_is_not():
 def test_pixels_within_the_tolerance_take_the_mean_of_nine(seed, rows, columns, tolerance):
     draw = np.random.default_rng(seed)
     image = draw.integers(0, 2**16, (rows, columns))
-    luminance = np.pad(image, MARGIN, 'edge').astype(np.uint16)
-    luminance = np.pad(luminance, ((0, 0), (0, SLACK)), 'edge')
-    denoised = np.zeros_like(luminance)
-    features.denoise(luminance, tolerance, columns, denoised, 0, rows)
-    expected = twins.denoised(image, tolerance)
-    np.testing.assert_array_equal(denoised[MARGIN:-MARGIN, MARGIN:MARGIN + columns], expected)
-    np.testing.assert_array_equal(denoised[:, :columns + 2 * MARGIN],
-                                  np.pad(expected, MARGIN, 'edge'))
+    denoised = np.zeros_like(padded(image))
+    features.denoise(padded(image), tolerance, columns, denoised, 0, rows)
+    np.testing.assert_array_equal(denoised[:, :columns + 2 * MARGIN], np.pad(
+        twins.denoised(image, tolerance), MARGIN, 'edge'))
 
 
 @pytest.mark.parametrize('least_step', [0, 2000])

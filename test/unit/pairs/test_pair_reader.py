@@ -1,10 +1,7 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Four messages into a pair: what belongs together, sizes, depths, cropping and scale."""
-from array import array
-
 import cv2
-from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
 from fuzzy_stereo_ros.pairs.messages import ENCODINGS
 from fuzzy_stereo_ros.pairs.pair_reader import PairReader, raw_positions
 from fuzzy_stereo_ros.pairs.stereo_pair import Calibration, Projection
@@ -89,23 +86,6 @@ def test_eight_and_twelve_bits_of_one_scene_become_equally_bright():
     assert np.abs(pair.left.astype(int) - pair.right).max() < 257
 
 
-def test_messages_of_ros_are_read():
-    sensor_messages = pytest.importorskip('sensor_msgs.msg')
-    grey = noise(80, 100, dtype=np.uint16)
-    left, right = sensor_messages.Image(), sensor_messages.Image()
-    for message in (left, right):
-        message.height, message.width, message.step = 80, 100, 200
-        message.encoding = 'mono16'
-        message.data = array('B', grey.tobytes())
-    left.header.stamp.sec, left.header.stamp.nanosec = 12, 345
-    left.header.frame_id = 'left_optical'
-    infos = [sensor_messages.CameraInfo(
-        height=80, width=100, k=made.k, p=made.p) for made in (info(), info(tx=-24.0, cx=52.0))]
-    pair = PairReader().read(left, infos[0], right, infos[1])
-    np.testing.assert_array_equal(pair.left, grey)
-    assert pair.calibration == Calibration(200.0, 0.12, -2.0, LEFT)
-
-
 # ---- rectified here ----
 
 
@@ -140,20 +120,6 @@ def test_raw_images_are_rectified_to_what_the_lens_was_shown(model, channels, bi
     assert read.calibration.focal == FOCAL
     assert read.calibration.baseline == pytest.approx(0.1)
     assert read.calibration.offset == 0
-
-
-@pytest.mark.parametrize('model', LENSES)
-def test_a_pair_rectified_here_has_the_disparities_of_what_the_lens_was_shown(model):
-    made, messages = raw_pair(model)
-    read = PairReader(rectify=True, crop=True).read(*messages)
-    window = window_of(read)
-    found, wanted = (
-        StereoMatcher(MatcherConfig(disparities=DISPARITIES, fill=True)).match(*images).disparity
-        for images in ((read.left, read.right), (made.left[window], made.right[window])))
-    inside = np.arange(found.shape[1]) >= made.truth[window]
-    seen = made.visible[window] & inside
-    assert np.mean(abs(found - wanted)[seen] > 1) < 0.025
-    assert abs(np.median((found - made.truth[window])[seen])) < 0.02
 
 
 def test_a_raw_bayer_pair_is_filled_in_before_it_is_rectified():

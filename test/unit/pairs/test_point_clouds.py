@@ -7,7 +7,7 @@ from types import SimpleNamespace
 from fuzzy_stereo_ros.pairs.messages import stamp_of
 from fuzzy_stereo_ros.pairs.point_clouds import fill_points, one_of_each_voxel
 from hypothesis import given, strategies as st
-from made_messages import empty_message, made_match, make_pair, USUAL_POINTS
+from made_messages import empty_message, field_of, made_match, make_pair, USUAL_POINTS
 import numpy as np
 import pytest
 
@@ -38,12 +38,6 @@ def read_points(message):
     return np.frombuffer(message.data, '<f4').reshape(message.height, message.width, -1)
 
 
-def read_field(message, name, dtype='<f4'):
-    (field,) = [field for field in message.fields if field.name == name]
-    return np.ndarray((message.height, message.width), dtype, message.data, field.offset,
-                      (message.row_step, message.point_step))
-
-
 @pytest.mark.parametrize('use_color, avoid_padding, step, places', LAYOUTS)
 def test_points_lie_where_those_of_point_cloud_node_lie(use_color, avoid_padding, step, places):
     message = filled_points(np.full((7, 9), 4.0), np.zeros((7, 9), np.uint8), use_color,
@@ -64,7 +58,7 @@ def test_points_lie_where_those_of_point_cloud_node_lie(use_color, avoid_padding
 def test_points_have_the_depth_and_nan_where_there_is_none(use_color, avoid_padding, step, places):
     disparity = np.float32([[12.0, np.nan, 0.0, -1.0, 24.0]] * 3)
     message = filled_points(disparity, np.full((3, 5), 9, np.uint8), use_color, avoid_padding)
-    x, y, z = (read_field(message, name) for name in 'xyz')
+    x, y, z = (field_of(message, name) for name in 'xyz')
     np.testing.assert_array_equal(z, np.float32([[2, np.nan, np.nan, np.nan, 1]] * 3))
     np.testing.assert_allclose(x[0], [-0.5, np.nan, np.nan, np.nan, -0.23], rtol=1e-6)
     np.testing.assert_allclose(y[2], np.float32([2, np.nan, np.nan, np.nan, 1]) * (2 - 40) / 201,
@@ -81,7 +75,7 @@ def test_points_have_the_colours_of_the_left_image(dtype, channels, avoid_paddin
     message = filled_points(np.full((7, 9), np.nan), left * dtype(factor), True, avoid_padding)
     seen = left.astype(np.uint32)
     blue, green, red = np.moveaxis(seen, -1, 0) if channels else (seen, seen, seen)
-    np.testing.assert_array_equal(read_field(message, 'rgb', '<u4'),
+    np.testing.assert_array_equal(field_of(message, 'rgb', '<u4'),
                                   red * 0x10000 + green * 0x100 + blue)
 
 
@@ -124,7 +118,7 @@ def test_points_go_through_ros_and_back(use_color, avoid_padding, step, places):
         serialization.serialize_message(message), sensor_messages.PointCloud2)
     assert read == message
     assert {field.name: field.offset for field in read.fields} == places
-    assert (read_field(read, 'z') == np.float32(4.8)).all()
+    assert (field_of(read, 'z') == np.float32(4.8)).all()
 
 
 def test_a_stride_leaves_every_so_many_th_point_of_the_whole_cloud():
@@ -138,7 +132,7 @@ def test_a_stride_leaves_every_so_many_th_point_of_the_whole_cloud():
 
 def test_points_beyond_the_largest_depth_are_left_out_and_no_others():
     disparity, left = scene()
-    near = read_field(filled_points(disparity, left, points_max_depth=2.0), 'z')
+    near = field_of(filled_points(disparity, left, points_max_depth=2.0), 'z')
     depth = make_pair(disparity.shape).calibration.depth(disparity)
     np.testing.assert_array_equal(near, np.where(depth <= 2, depth, np.float32(np.nan)))
 

@@ -33,22 +33,6 @@ def test_a_rectified_pixel_comes_from_where_the_camera_sees_its_point(model, sid
     np.testing.assert_allclose(places_of(camera.info()), seen, rtol=0, atol=1e-4)
 
 
-def test_points_of_a_plane_lie_in_one_row_and_as_far_apart_as_their_disparity():
-    left, right = CAMERAS.values()
-    points = np.random.default_rng(0).uniform((-1, -1, 2), (1, 1, 2), (100, 3)).T
-    (x, y), (x_right, y_right) = left.rectified(points), right.rectified(points)
-    np.testing.assert_allclose(y, y_right)
-    np.testing.assert_allclose(x - x_right, FOCAL * 0.1 / 2)
-    for camera, spots in ((left, (x, y)), (right, (x_right, y_right))):
-        spots = np.float32(spots)
-        inside = ((spots > 0) & (spots.T < (COLUMNS - 1, ROWS - 1)).T).all(axis=0)
-        assert inside.sum() > 50
-        sources = [cv2.remap(place, *spots[:, np.newaxis], cv2.INTER_LINEAR).ravel()
-                   for place in places_of(camera.info())]
-        np.testing.assert_allclose(np.array(sources)[:, inside],
-                                   np.array(camera.sees(points))[:, inside], rtol=0, atol=0.05)
-
-
 @pytest.mark.parametrize('changes', [
     {'d': []}, {'d': [0.0] * 5}, {'d': [], 'distortion_model': ''},
     {'d': [0.1] * 5, 'distortion_model': ''}, {'d': [0.0] * 6, 'distortion_model': 'unheard of'}])

@@ -292,45 +292,31 @@ def test_bad_pairs_are_counted_and_logged_once_and_the_others_matched(folder, ca
     assert 'to synchronise more of them' not in printed.out
 
 
-@pytest.mark.parametrize('reading, error', [
-    (False, MemoryError()), (True, cv2.error('Assertion failed'))])
-def test_any_exception_rejects_only_its_pair(
-        folder, capsys, monkeypatch, reading, error):
-    where, name = (PairReader, 'read') if reading else (StereoMatcher, 'match')
+@pytest.mark.parametrize('where, name, error', [
+    (PairReader, 'read', cv2.error('Assertion failed')), (StereoMatcher, 'match', MemoryError()),
+    (ResultMessages, 'of', MemoryError())], ids=['reading', 'matching', 'results'])
+def test_any_exception_rejects_only_its_pair(folder, capsys, monkeypatch, where, name, error):
     work, bad = getattr(where, name), read_image(content(write_bag(folder / 'bag'))[12][2])
 
-    def failing(worker, left, *others, **options):
-        image = read_image(left) if reading else left
+    def failing(worker, first, *others, **options):
+        if name == 'of':
+            image = others[0].pair.left if first == 'points2' else None
+        else:
+            image = read_image(first) if name == 'read' else first
         if np.array_equal(image, bad):
             raise error
-        return work(worker, left, *others, **options)
+        return work(worker, first, *others, **options)
 
     monkeypatch.setattr(where, name, failing)
-    assert figures(capsys, 'bag')['pairs'] == {
-        'matched': 5, 'matched_again': 0, 'warm': 4 if reading else 3,
-        'rejected': {'internal error': 1}}
-    assert list(disparities(folder / 'out')) == stamps()[:3] + stamps()[4:]
-    assert replay('bag', output='told') == 0
-    assert f'pair 1000.100 rejected: internal error, {type(error).__name__}: ' in \
-        capsys.readouterr().err
-
-
-def test_results_that_raise_an_exception_reject_only_their_pair(
-        folder, capsys, monkeypatch):
-    of = ResultMessages.of
-
-    def failing(results, topic, matched):
-        if topic == 'points2' and matched.pair.stamp == stamps()[3]:
-            raise MemoryError
-        return of(results, topic, matched)
-
-    write_bag(folder / 'bag')
-    monkeypatch.setattr(ResultMessages, 'of', failing)
     found = figures(capsys, 'bag', options=['--with', 'points2'])['pairs']
     assert (found['matched'], found['rejected']) == (5, {'internal error': 1})
+    assert found['warm'] == {'read': 4, 'match': 3, 'of': 5}[name]
     for topic in ('/disparity', '/preview', '/points2'):
         assert len(content(folder / 'out', topic)) == 5
     assert list(disparities(folder / 'out')) == stamps()[:3] + stamps()[4:]
+    assert replay('bag', output='told', options=['--with', 'points2']) == 0
+    what = 'results' if name == 'of' else 'pair 1000.100'
+    assert f'{what} rejected: internal error, {type(error).__name__}: ' in capsys.readouterr().err
 
 
 def loop(number, messages):

@@ -4,7 +4,7 @@
 import os
 import signal
 
-import cv2
+from films import film
 from fuzzy_stereo_ros.commands.command_line import main
 from fuzzy_stereo_ros.pairs.messages import read_image
 from fuzzy_stereo_ros.replay.report import ProgressBar
@@ -34,14 +34,6 @@ def rejected(folder, capsys):
 
 def names_in(folder):
     return {path.name for path in folder.iterdir()}
-
-
-def film(path):
-    """Return the frames of a video, and its rate."""
-    video, frames = cv2.VideoCapture(str(path)), []
-    while (read := video.read())[0]:
-        frames.append(read[1])
-    return frames, video.get(cv2.CAP_PROP_FPS)
 
 
 def nearest(picture, pictures):

@@ -40,17 +40,6 @@ def test_the_right_image_moved_by_the_truth_and_by_no_other_is_the_left_image_wh
     assert 0.6 < pair.visible.mean() < 0.99
 
 
-def test_the_right_image_moved_by_the_truth_shows_the_thin_objects_too():
-    plain = make_pair(150, 201, 40, 2, objects=0, colour=True)
-    pair = make_pair(150, 201, 40, 2, objects=0, colour=True, poles=6)
-    thin = (pair.truth != plain.truth) & pair.visible
-    assert thin.sum() > 500
-    right, wrong = (np.median(
-        abs(warp_right_to_left(pair._replace(truth=truth)).astype(int) - pair.left)[thin])
-        for truth in (pair.truth, plain.truth))
-    assert wrong > 5 * right
-
-
 def test_visible_is_what_a_count_over_the_right_image_says():
     """A left pixel is hidden where another one, nearer, lands on the same right pixel."""
     pair = make_pair(90, 130, 30, seed=3)
@@ -98,36 +87,6 @@ def test_a_pan_moves_the_whole_scene_by_its_pixels():
         assert np.abs(before.left[:, 4:].astype(int) - after.left[:, :-4]).max() <= 1
 
 
-def test_objects_move_by_themselves_and_the_background_stays():
-    frames = list(make_sequence(60, 90, 24, 4, 3, motion=5))
-    changed = abs(frames[-1].truth - frames[0].truth) > 1e-3
-    assert 0.02 < changed.mean() < 0.8
-
-
-def test_thin_objects_leave_the_rest_of_the_scene_bit_for_bit_as_it_is():
-    options = {'pan': 2.0, 'motion': 2, 'noise': 3, 'colour': True}
-    plain = make_sequence(60, 90, 24, 3, 3, **options)
-    for without, with_thin in zip(plain, make_sequence(60, 90, 24, 3, 3, poles=9, **options)):
-        same = with_thin.truth == without.truth
-        assert 0.5 < same.mean() < 0.98
-        assert np.array_equal(with_thin.left[same], without.left[same])
-
-
-def runs(row):
-    """Return how long the runs of true values in a row are."""
-    edges = np.flatnonzero(np.diff(np.concatenate(([0], row.astype(int), [0]))))
-    return edges[1::2] - edges[::2]
-
-
-@pytest.mark.parametrize('seed', range(6))
-def test_a_pole_is_one_to_three_pixels_wide(seed):
-    plain, pair = (make_pair(120, 160, 32, seed, objects=0, poles=count) for count in (0, 1))
-    widths = np.concatenate([runs(row) for row in pair.truth != plain.truth])
-    assert len(widths) > 40
-    assert set(widths) <= {1, 2, 3}
-    assert np.unique(widths).size <= 2
-
-
 def test_noise_is_as_strong_as_asked_and_fresh_in_every_image():
     clean = make_pair(100, 120, 16, 4)
     first, second = make_sequence(100, 120, 16, 2, 4, noise=5)
@@ -163,20 +122,6 @@ def test_on_a_drive_the_next_frame_shows_what_the_true_motion_says():
     assert inside.mean() > 0.7
     assert np.median(abs(there.astype(int) - second.left)[inside]) <= 4
     assert np.median(abs(first.left.astype(int) - second.left)[inside]) > 8
-
-
-def test_a_drive_moves_in_six_degrees_of_freedom_and_turns_by_no_more_than_pan():
-    rig = rig_of(120, 160, 32, FOCAL * 160, BASELINE)
-    poses = [pose(rig, frame, 0.1, 2.0) for frame in range(100)]
-    places = np.array([place for _, place in poses])
-    assert (np.ptp(places, axis=0) > 0.01).all()
-    assert np.allclose(np.diff(places[:, 2]), 0.1)
-    turns = np.array([cv2.Rodrigues(now @ before.T)[0].ravel()
-                      for (before, _), (now, _) in zip(poses, poses[1:])])
-    assert (np.ptp(turns, axis=0) > 0.001).all()
-    assert rig.focal * abs(turns[:, 1]).max() < 2.1
-    for turned, _ in poses:
-        np.testing.assert_allclose(turned @ turned.T, np.eye(3), atol=1e-12)
 
 
 def test_objects_beside_the_way_move_only_where_asked():

@@ -80,19 +80,6 @@ def test_the_initial_population_is_the_one_that_evolution_starts_from(name, pair
         told.best, population.genes[population.best].astype(int) + config.min_disparity)
 
 
-@pytest.mark.parametrize('name', ['paper', 'paper, left, elite'])
-def test_the_maps_are_those_of_the_reference_image_in_pixels(name, pair):
-    config = replace(CONFIGS[name], min_disparity=-2, fill=True)
-    match, told = watched(config, pair)
-    np.testing.assert_array_equal(told[-1].best, match.disparity)
-    matcher = StereoMatcher(config)
-    matcher.match(pair.left, pair.right)
-    population = matcher.algorithm.population
-    possible = matcher.algorithm.possibility_of(population.genes[population.best])
-    np.testing.assert_array_equal(
-        told[-1].possibility, possible if config.reference == 'left' else possible[:, ::-1])
-
-
 @pytest.mark.parametrize('name', ['quality', 'quality, right'])
 def test_what_the_fittest_took_over_is_what_changed_in_it(name, pair):
     """So it is seen in the same image, the mirrored one as well."""

@@ -6,7 +6,8 @@ import subprocess
 import sys
 
 import cv2
-from fuzzy_stereo_ros.matching.match import colour_disparity
+from films import film
+from fuzzy_stereo_ros.matching.match import colour_disparity, INVALID_GREY
 from fuzzy_stereo_ros.pairs.image_files import in_eight_bits
 from fuzzy_stereo_ros.views import video
 from fuzzy_stereo_ros.views.video import (
@@ -23,22 +24,12 @@ def plain(level, rows=48, columns=64):
     return np.full((rows, columns, 3), level, np.uint8)
 
 
-def read_back(path):
-    """Return the frames of a video and its rate."""
-    found, frames = cv2.VideoCapture(str(path)), []
-    rate = found.get(cv2.CAP_PROP_FPS)
-    while (read := found.read())[0]:
-        frames.append(read[1])
-    found.release()
-    return frames, rate
-
-
 def written(path, *frames, rate=10):
     file = VideoFile(path, rate)
     for frame in frames:
         file.write(frame)
     file.close()
-    return read_back(path)
+    return film(path)
 
 
 @pytest.mark.parametrize('rate', [0.5, 10, 29.97])
@@ -92,7 +83,7 @@ def test_a_video_has_its_name_when_it_is_closed_and_not_before(tmp_path, suffix)
     assert len(os.listdir(tmp_path)) == 2
     file.close()
     assert os.listdir(tmp_path) == [path.name]
-    assert len(read_back(path)[0]) == 1
+    assert len(film(path)[0]) == 1
     file.close()
 
 
@@ -211,18 +202,21 @@ def test_a_narrow_picture_is_repeated_and_a_wide_one_reduced():
     assert wide.shape == (HEAD + 10, 3 * PANEL[1], 3)
 
 
-@pytest.mark.parametrize('suffix', CODECS)
-def test_the_sink_writes_a_frame_for_each_pair(tmp_path, suffix):
-    sink = VideoSink(tmp_path / f'video{suffix}', 4, *RANGE)
-    taken = [made_matched(seed=seed) for seed in range(3)]
-    for matched in taken:
-        sink.add(matched)
-    sink.close()
-    frames, rate = read_back(tmp_path / f'video{suffix}')
-    assert rate == 4 and len(frames) == 3
-    for frame, matched in zip(frames, taken):
-        expected = side_by_side(matched, *RANGE).astype(int)
-        differences = [abs(frame - side_by_side(other, *RANGE).astype(int)).mean()
-                       for other in taken]
-        assert frame.shape == expected.shape
-        assert min(differences) == abs(frame - expected).mean() < 12
+# ---- colours ----
+
+
+def test_far_is_blue_near_is_red_and_invalid_is_dark_grey():
+    far, near, invalid, endless = colour_disparity(np.array([[12, 52, np.nan, np.inf]]), 0, 63)[0]
+    assert far[0] > 200 > 100 > far[2]
+    assert near[2] > 200 > 100 > near[0]
+    assert invalid.tolist() == endless.tolist() == [INVALID_GREY] * 3
+
+
+def test_what_lies_outside_the_range_takes_the_colour_of_its_end():
+    below, low, high, above = colour_disparity(np.array([[-9.0, 5, 20, 99]]), 5, 20)[0]
+    assert np.array_equal(below, low) and np.array_equal(above, high)
+    assert not np.array_equal(low, high)
+
+
+def test_a_range_of_one_disparity_has_a_colour():
+    assert colour_disparity(np.full((2, 2), 3.0), 3, 3).shape == (2, 2, 3)

@@ -1,0 +1,29 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""What a command says of input that it cannot take."""
+from pathlib import Path
+
+from fuzzy_stereo_ros.commands.command_line import main
+
+
+def rejection(capsys, *words, run=main):
+    """
+    Return the one line with which a command ends in vain, with code 2; nothing else is printed.
+
+    The working folder holds what it held before.
+    """
+    before = contents()
+    capsys.readouterr()
+    try:
+        code = run([*map(str, words)])
+    except SystemExit as ended:
+        code = ended.code
+    out, err = capsys.readouterr()
+    assert (code, out, err.count('\n')) == (2, '', 1), err
+    assert contents() == before
+    return err
+
+
+def contents():
+    """Return {path: its bytes, None of a folder} of all below the working folder."""
+    return {path: path.read_bytes() if path.is_file() else None for path in Path().rglob('*')}
