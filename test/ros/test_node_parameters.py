@@ -7,9 +7,8 @@ import re
 from fuzzy_stereo_ros.matching import MatcherConfig
 from fuzzy_stereo_ros.parameters.page import parameter_file
 from fuzzy_stereo_ros.parameters.table import IGNORED_PARAMETERS, nearest, ROS_PARAMETERS
-from made_messages import values_of
+from made_messages import shows
 from made_scenes import shifted_pair
-import numpy as np
 from pages import block, CAMERAS, MIGRATION
 import pytest
 from repository import ROOT
@@ -57,8 +56,7 @@ def test_a_change_is_in_force_once_it_is_prepared(bench):
     assert bench.change(disparity_range=24, min_disparity=-4) == (True, '')
     message = bench.match(*PAIR)
     assert (message.min_disparity, message.max_disparity) == (-4.0, 19.0)
-    near = np.abs(values_of(message.image)[:, 19:] - 7) < 0.5
-    assert near.mean() > 0.95
+    assert shows(message, 7, 19)
     assert bench.change(disparity_range=16, min_disparity=0) == (True, '')
 
 
@@ -197,6 +195,6 @@ def test_the_node_of_the_page_s_launch_file_matches_with_its_remappings_and_para
                     cli_args=['--ros-args', *CAMERAS]) as bench:
         message = bench.begin(*PAIR, namespace='/stereo/')
         assert (message.min_disparity, message.max_disparity) == (0.0, 31.0)
-        assert np.mean(np.abs(values_of(message.image)[:, 31:] - 7) < 0.5) > 0.95
+        assert shows(message, 7, 31)
         assert ('are ignored: correlation_window_size, stereo_algorithm, uniqueness_ratio'
                 in bench.node.log())

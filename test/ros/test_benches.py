@@ -1,0 +1,60 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""The demo and the benchmark beside a camera, in short runs with the real node."""
+import os
+import re
+import subprocess
+import sys
+
+from fuzzy_stereo_ros.pairs.image_files import read_image
+from node_process import START
+import pytest
+from repository import ROOT
+
+
+@pytest.mark.timeout(700)       # the first start on a machine compiles
+def test_the_demo_prints_the_table_of_the_real_node_and_writes_the_picture(ros, tmp_path):
+    done = subprocess.run(
+        [sys.executable, '-m', 'bench.demo', '--frames', '4', '--rate', '5', '--picture',
+         'seen.png'], cwd=tmp_path, text=True, capture_output=True,
+        env={**os.environ, 'PYTHONPATH': str(ROOT)})
+    assert done.returncode == 0, done.stderr
+    cells = [[cell.strip() for cell in line.strip('|').split('|')]
+             for line in done.stdout.splitlines() if line.startswith('|')]
+    rows = {name: figures for name, *figures in cells}
+    assert rows[''] == ['warm', 'cold']
+    assert rows['pairs published'] == ['4', '4']
+    assert rows['pairs lost'] == ['0', '0']
+    for column in (0, 1):
+        received, dropped = (int(rows[name][column]) for name in (
+            'disparity images received', 'pairs dropped and counted by the node'))
+        assert received + dropped == 4 and received > 0
+        assert float(rows['density [%]'][column]) > 80
+        assert float(rows['bad-1, of the published disparities [%]'][column]) < 8
+        assert float(rows['latency, median [ms]'][column]) > 1
+    assert f'\npicture: {tmp_path}/seen.png\n' in done.stdout
+    assert read_image(tmp_path / 'seen.png').shape[1] > 1000
+    assert os.listdir(tmp_path) == ['seen.png']
+
+
+@pytest.mark.alone
+@pytest.mark.timeout(4 * START)
+def test_a_short_run_writes_its_section_and_every_pair_is_accounted_for(ros, tmp_path):
+    page = tmp_path / 'page.md'
+    done = subprocess.run(
+        [sys.executable, '-m', 'bench.live', '--seconds', '1', '--frames', '50',
+         '--case', '320x240x32', '--case', '160x120x16', '--output', str(page)],
+        capture_output=True, text=True, check=False, cwd=ROOT)
+    assert done.returncode == 0, done.stderr
+    written = page.read_text(encoding='utf-8')
+    assert '## The node beside a camera' in done.stdout
+    for case in ('320x240, 32 disparities', '160x120, 16 disparities'):
+        rows = re.findall(rf'^\| {case} *\|(.+)\|$', written, re.MULTILINE)
+        assert len(rows) == 2       # of realtime and of paper_live
+        for row in rows:
+            pairs, matched, dropped, rejected, rate, median, high, *_ = map(float, row.split('|'))
+            assert matched > 0 and rate > 0 and rejected == 0
+            assert abs(pairs - matched - dropped) <= 2  # one waits and one is matched at the end
+            assert 0 < median <= high
+    memory = re.findall(r'^\| (\d+) +\| +([\d.]+) \|$', written, re.MULTILINE)
+    assert int(memory[-1][0]) >= 50 and float(memory[-1][1]) > 50
