@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """What a confidence is worth; a costmap gets half of a map at the least, little of it wrong."""
 from bench.confidence import (
-    BINS, heading, kept_and_wrong, kept_of, left_right_sureness, pairs_without_truth, PRESETS,
-    reliability, sparsification, WRONG, wrong_and_confidence)
+    heading, kept_and_wrong, kept_of, pairs_without_truth, PRESETS,
+    WRONG, wrong_and_confidence)
 from bench.datasets import available_scenes, MIDDLEBURY_FOLDERS
 from fuzzy_stereo_ros.evaluation.ground_truth import KITTI
 from fuzzy_stereo_ros.evaluation.matchers import Ours
@@ -14,7 +14,6 @@ from real_pairs import DATA
 from repository import ROOT
 import yaml
 
-NAN = np.nan
 OURS = Ours('ours')
 SHARE = 0.5         # that costmap keeps of what mapping keeps, at the least
 MOST_ON_ROADS, MOST_ELSEWHERE = 1, 2    # percent wrong, by 3 px and by 1 px
@@ -73,35 +72,3 @@ def test_a_costmap_of_real_pairs_keeps_half_of_a_map_and_little_is_wrong(group):
 def test_a_costmap_of_what_cheap_cameras_see_keeps_half_of_a_map(scene):
     kept = kept_of(scene, OURS)
     assert kept[heading('costmap')] >= SHARE * kept[heading('mapping')]
-
-
-def test_the_sparsification_of_a_perfect_order_falls_at_once():
-    wrong = np.array([True, False, False, False, False])
-    assert sparsification(wrong, np.array([0, 4, 3, 2, 1.0])) == (
-        pytest.approx(20 / 5), 0, pytest.approx(20))
-
-
-def test_pixels_that_are_equally_sure_count_as_mixed():
-    wrong = np.arange(10) % 2 == 0
-    for order in (wrong, wrong[::-1], np.sort(wrong)):
-        assert sparsification(order, np.ones(10)) == pytest.approx((50, 50, 50))
-
-
-def test_what_has_no_confidence_is_dropped_first():
-    wrong = np.array([False, True])
-    assert sparsification(wrong, np.array([0, NAN])).area == pytest.approx(25)
-
-
-def test_pixels_with_confidence_are_counted_by_its_range():
-    confidence = np.array([0, 0, 0.1, 0.55, 0.9, 0.92, 0.93, 1])
-    wrong = np.array([True, False, True, False, False, True, False, False])
-    number, right = reliability(wrong, confidence)
-    assert len(number) == len(BINS) - 1
-    assert number.tolist() == [1, 1, 0, 0, 0, 3, 1]
-    assert right.tolist() == [0, 1, 0, 0, 0, 2, 1]
-
-
-def test_maps_that_meet_are_sure_and_maps_that_do_not_are_unsure():
-    left = np.array([[0, 1, 2, 2, 5]], np.float32)
-    right = np.array([[2, 4, 0, 0, 0]], np.float32)
-    np.testing.assert_array_equal(left_right_sureness(left, right), [[-2, -1, 0, -2, NAN]])

@@ -4,7 +4,7 @@
 import re
 
 from bench.demo.phase import Phase, table
-from bench.page import QUOTE, requoted, table_of
+from bench.page import QUOTE, requoted
 from fuzzy_stereo_ros.parameters.page import renewed
 from pages import ROOT, text_of
 import pytest
@@ -42,21 +42,6 @@ def test_a_page_quotes_the_page_of_benchmarks(page):
     assert len(QUOTE.findall(page)) == page.count('<!-- quote ') > 0
     assert requoted(page, FIGURES) == page, \
         'renew them: python -m bench.page README.md docs/algorithm.md'
-
-
-def test_a_table_is_quoted_from_the_section_of_its_benchmark():
-    page = ('<!-- begin of one -->\n### Title\n\n| a |\n|---|\n| 1 |\n\nNote.\n'
-            '<!-- end of one -->\n<!-- begin of two -->\n<!-- end of two -->\n')
-    assert table_of(page, 'one', 'Title') == '| a |\n|---|\n| 1 |\n'
-    text = 'x\n<!-- quote one: Title -->\nold\n<!-- end of quote -->\ny'
-    assert requoted(text, page) == (
-        'x\n<!-- quote one: Title -->\n| a |\n|---|\n| 1 |\n<!-- end of quote -->\ny')
-    assert table_of(page, 'one', 'Title | 1') == table_of(page, 'one', 'Title')
-    assert table_of(page, 'one', 'Title | 2') == '| a |\n|---|\n'
-    assert table_of(page, 'one', 'Title | 2 | 1') == table_of(page, 'one', 'Title')
-    for missing in (('two', 'Title'), ('one', 'Titl'), ('three', 'Title')):
-        with pytest.raises(ValueError, match=f"no table '{missing[1]}' of {missing[0]}"):
-            table_of(page, *missing)
 
 
 def test_the_executable_and_the_dds_profile_that_are_named_exist():
