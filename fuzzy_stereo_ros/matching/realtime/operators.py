@@ -8,7 +8,6 @@ plain walls, whose matches are ambiguous: a region of similar grey takes the pla
 of its consistent matches, as the segments of `quality` do (Bleyer and Gelautz, 2005). Crossover
 with the mutant takes the regions that are fitter.
 """
-from bisect import bisect_left
 from itertools import pairwise
 
 from fuzzy_stereo_ros.matching.arrays import zeros
@@ -109,9 +108,8 @@ def parts_of_regions(starts):
 
     starts: int32 (n + 1,), the first point of each region and the one behind all
     """
-    points, number = int(starts[-1]), len(starts) - 1
-    edges = [bisect_left(starts, points * part / PARTS) for part in range(PARTS)]
-    return list(pairwise([*edges, number]))
+    edges = np.searchsorted(starts, starts[-1] * np.arange(PARTS) / PARTS).tolist()
+    return list(pairwise([*edges, len(starts) - 1]))
 
 
 class WeakRegions:

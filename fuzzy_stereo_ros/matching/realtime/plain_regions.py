@@ -158,7 +158,8 @@ class PlainRegions:
                 (half_labels, self._half_disparities), (prior.labels, self._disparities),
                 prior.weights, weight, *band[1:])
         pool.each(split, bands, nothing_before)
-        for work, items in ((vote, bands), (judge_some, range(PARTS)), (write, bands)):
+        parts = range(min(PARTS, len(found.planes)))
+        for work, items in ((vote, bands), (judge_some, parts), (write, bands)):
             pool.each(work, items)
 
     def _parts(self, pool):
