@@ -9,6 +9,7 @@ edges and where texture is strong. All costs are whole numbers.
 """
 from fuzzy_stereo_ros.matching.bands import cut_bands
 from fuzzy_stereo_ros.matching.kernels.planes import costs as kernels
+from fuzzy_stereo_ros.matching.kernels.planes.plane import disparities_of
 import numpy as np
 
 RADIUS, STRIDE = 2, 2            # of supports: 5 x 5 pixels, every other one
@@ -22,7 +23,7 @@ UNTRUSTED = 5                    # trust in a match, of TRUSTED, where the views
 
 class PlaneFitness:
     """
-    Measures plane maps, float32 (R, C, 3), of one view of a pair.
+    Measures plane maps, float32 (R, 3, C), of one view of a pair.
 
     trusted: bool (R, C), where matches count in full
     largest: the cost of a map of impossible matches; disparities_searched: their number
@@ -88,7 +89,7 @@ class PlaneFitness:
 
         selected: bool (R, C), for which planes; 0 for others
         """
-        costs = np.zeros(planes.shape[:2], np.int16)
+        costs = np.zeros(self.trusted.shape, np.int16)
         selected = np.ones(costs.shape, np.bool_) if selected is None else selected
         pool.each(lambda band: kernels.plane_costs(
             tuple(self._volume), self.disparities_searched, tuple(self._supports), selected,
@@ -122,9 +123,9 @@ class PlaneFitness:
 
     def disparities(self, pool, planes):
         """Return the disparities of planes: float32 (R, C), px from 0."""
-        result = np.empty(planes.shape[:2], np.float32)
+        result = np.empty(self.trusted.shape, np.float32)
         highest = np.float32(self.disparities_searched - 1)
-        pool.each(lambda band: kernels.disparities_of(
+        pool.each(lambda band: disparities_of(
             planes, highest, result, band[1], band[2]), self._bands)
         return result
 

@@ -197,8 +197,9 @@ class QualityMatcher:
 
     def _planes_of(self, chromosome):
         """Return whole labels as planes."""
-        planes = np.zeros((*self._shape, 3), np.float32)
-        planes[..., 2] = chromosome
+        rows, columns = self._shape
+        planes = np.zeros((rows, 3, columns), np.float32)
+        planes[:, 2] = chromosome
         return planes
 
 

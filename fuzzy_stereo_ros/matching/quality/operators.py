@@ -11,7 +11,7 @@ possible. A small loss is allowed for each pixel on which the two views disagree
 """
 from fuzzy_stereo_ros.matching.kernels.planes.costs import (
     Demands, RegionSets, reject_unfounded, UNIT)
-from fuzzy_stereo_ros.matching.quality.planes import listed, region_planes, tiles
+from fuzzy_stereo_ros.matching.quality.planes import listed, planes_of, region_planes, tiles
 import numpy as np
 
 # The price is that of a pixel that the views disagree on.
@@ -46,7 +46,7 @@ def tile_planes(population, random):
     for number, view in enumerate(population.views):
         for side in TILES:
             own = random.child(1, number, side)
-            _propose_fitted(view, tiles(view.planes.shape[:2], side, own), own)
+            _propose_fitted(view, tiles(view.fitness.trusted.shape, side, own), own)
     population.measure()
 
 
@@ -63,4 +63,4 @@ INHERITED = 'segments', 'trust'     # tiles lie elsewhere in each frame: maps wo
 def _propose_fitted(view, regions, random):
     """Propose to each region the plane fitted to it."""
     planes = region_planes(view.pool, view.disparities, view.fitness.trusted, regions, random)
-    view.propose(np.take(planes, regions.labels, axis=0), regions, random)
+    view.propose(planes_of(planes, regions.labels), regions, random)

@@ -4,7 +4,7 @@
 Regions that may lie in one plane, and planes fitted to regions and around pixels.
 
 Regions are segments of like pixels at several scales, and tiles. Maps of planes are float32
-(R, C, 3).
+(R, 3, C).
 """
 from typing import NamedTuple
 
@@ -81,10 +81,11 @@ _PARTS = 8                               # of the regions of an image, for threa
 
 def local_planes(pool, disparity, colour):
     """Return planes around pixels; disparity: float32 (R, C), px; colour: uint8 (R, C, 3)."""
-    planes = np.empty((*disparity.shape, 3), np.float32)
+    rows, columns = disparity.shape
+    planes = np.empty((rows, 3, columns), np.float32)
     around = tuple(neighbours(RADIUS, LIMIT))
     pool.each(lambda band: fits.local_planes(
-        disparity, colour, around, planes, *band[1:]), cut_bands(len(disparity)))
+        disparity, colour, around, planes, *band[1:]), cut_bands(rows))
     return planes
 
 
@@ -107,3 +108,8 @@ def region_planes(pool, disparity, trusted, regions, random):
         disparity, trusted, regions[1:], (ROUNDS, np.float32(AGREEMENT), 1.0, key),
         np.zeros((3, largest), np.float32), planes, *part), list(zip(edges, edges[1:])))
     return planes
+
+
+def planes_of(planes, labels):
+    """Return the map of the planes of regions, float32 (N, 3); labels: (R, C), regions."""
+    return np.stack([part[labels] for part in planes.T], axis=1)

@@ -36,7 +36,7 @@ class EvolvingView:
     """
     One view of a pair: its fitness, its segments, and its plane map.
 
-    segments: see segments_of; colour: uint8 (R, C, 3); planes: float32 (R, C, 3), the map;
+    segments: see segments_of; colour: uint8 (R, C, 3); planes: float32 (R, 3, C), the map;
     match_costs: int16 (R, C), of its matches, without trust
     """
 
@@ -69,12 +69,11 @@ class EvolvingView:
         """
         Give the map the planes of a proposal where that makes it fitter.
 
-        planes: float32 (R, C, 3); regions: the `Regions` whose planes they are; a region that the
+        planes: float32 (R, 3, C); regions: the `Regions` whose planes they are; a region that the
         images are evidence against keeps its planes
         """
         pool, fitness = self.pool, self.fitness
-        differ = self.planes != planes
-        selected = differ[..., 0] | differ[..., 1] | differ[..., 2]
+        selected = (self.planes != planes).any(axis=1)
         match_costs = fitness.match_costs(pool, planes, selected)
         crossover, exchange, evidence = self._tools
         evidence.reject(

@@ -8,7 +8,7 @@ from fuzzy_stereo_ros.matching.kernels.possibility.fuzzy_costs import FULL
 from fuzzy_stereo_ros.matching.kernels.refinement.consistency import compare_views
 from fuzzy_stereo_ros.matching.kernels.units import CONSISTENT, INVALID
 from fuzzy_stereo_ros.matching.quality.fitness import RADIUS, STRIDE
-from fuzzy_stereo_ros.matching.quality.planes import listed, region_planes
+from fuzzy_stereo_ros.matching.quality.planes import listed, planes_of, region_planes
 from fuzzy_stereo_ros.matching.realtime.refinement import AROUND, reject_speckles
 import numpy as np
 
@@ -60,7 +60,7 @@ def averaged_with_planes(view, disparity, surface, random):
     for labels, number in view.segments[1:]:        # the finest are too small for that
         regions = listed(labels, number)
         planes = region_planes(view.pool, surface, trusted, regions, random)
-        plane = view.fitness.disparities(view.pool, np.take(planes, labels, axis=0))
+        plane = view.fitness.disparities(view.pool, planes_of(planes, labels))
         apart = abs(plane - disparity)
         known, near = (np.add.reduceat(chosen.reshape(-1)[regions.pixels], regions.starts[:-1],
                                        dtype=np.int32)
@@ -98,7 +98,7 @@ def contrast(view, disparity, lowest):
     total, number = (np.zeros(disparity.shape, np.float32) for _ in range(2))
     moved = view.planes.copy()
     for away in ELSEWHERE:
-        np.add(view.planes[..., 2], np.float32(away), out=moved[..., 2])
+        np.add(view.planes[:, 2], np.float32(away), out=moved[:, 2])
         inside = ((disparity + away >= 0) & (disparity + away <= highest)
                   & (pointed - away >= REACH)
                   & (pointed - away < disparity.shape[1] - REACH))

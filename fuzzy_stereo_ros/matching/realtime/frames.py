@@ -277,7 +277,6 @@ class FrameEvolution:
     def _accept(self, crossover, random, parents, evolved):
         """Take the genes of the second parent that a crossover chooses; evolved: their mark."""
         exchange = self._exchange
-        parents = [(planes.transpose(0, 2, 1), found) for planes, found in parents]
         exchange.set_size(costs.list_cells(self._selected, exchange.all_cells))
         costs.fill_exchange(*parents, tuple(self._penalties), self._selected, self._numbers,
                             exchange.changes())

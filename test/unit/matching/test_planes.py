@@ -24,10 +24,10 @@ POOL = ThreadPool(1)
 
 def random_planes(draw, slope=0.2):
     """Return a plane for each pixel whose disparity there lies around the labels."""
-    planes = draw.uniform(-slope, slope, (ROWS, COLUMNS, 3)).astype(np.float32)
+    planes = draw.uniform(-slope, slope, (ROWS, 3, COLUMNS)).astype(np.float32)
     row, column = np.indices((ROWS, COLUMNS))
     wanted = draw.uniform(-1, LABELS, (ROWS, COLUMNS))
-    planes[..., 2] = wanted - planes[..., 0] * column - planes[..., 1] * row
+    planes[:, 2] = wanted - planes[:, 0] * column - planes[:, 1] * row
     return planes
 
 
@@ -100,7 +100,8 @@ def plane_cost(volume, colour, plane, row, column, origin):
 def test_the_cost_of_a_plane_is_the_mean_over_its_support(origin):
     fitness, volume, colour, draw = looked(0 if origin is None else origin, origin)
     planes = random_planes(draw)
-    expected = [[plane_cost(volume, colour, planes[row, column].astype(float), row, column, origin)
+    expected = [[plane_cost(volume, colour, planes[row, :, column].astype(float), row, column,
+                            origin)
                  for column in range(COLUMNS)] for row in range(ROWS)]
     np.testing.assert_allclose(fitness.match_costs(POOL, planes), expected, atol=1.5)
 
@@ -115,7 +116,7 @@ def test_only_selected_planes_are_measured():
 def smoothness(fitness, planes):
     """Return what neighbours' differences cost, from the definition, before rounding."""
     row, column = np.indices((ROWS, COLUMNS)).astype(float)
-    wide = planes.astype(float)
+    wide = np.moveaxis(planes, 1, 2).astype(float)
 
     def at(plane, y, x):
         return plane[..., 0] * x + plane[..., 1] * y + plane[..., 2]

@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-The cost of genes that are planes: the plane (a, b, c) of a pixel has its disparity a x + b y + c.
+The cost of genes that are planes.
 
 Not in the paper, whose genes are whole disparities. A gene is measured over a support that
 follows its own plane (Bleyer et al., PatchMatch stereo, 2011), and by how much the planes of
@@ -11,6 +11,7 @@ changes its plane only if its visible matches get no worse.
 from typing import NamedTuple
 
 from fuzzy_stereo_ros.matching.kernels.compiled import inlined, kernel
+from fuzzy_stereo_ros.matching.kernels.planes.plane import disparity_at, plane_at
 from fuzzy_stereo_ros.matching.kernels.refinement.consistency import root
 import numpy as np
 
@@ -44,7 +45,7 @@ class Supports(NamedTuple):
 class Parent(NamedTuple):
     """A parent of a crossover of planes."""
 
-    planes: np.ndarray       # float32 (R, C, 3), may be a view of memory in another order
+    planes: np.ndarray       # float32 (R, 3, C), see plane.py
     costs: np.ndarray        # int (R, C), of the matches
 
 
@@ -125,11 +126,10 @@ def plane_costs(volume, disparities, supports, selected, parent, first, last):
         for column in range(columns):
             if not selected[row, column]:
                 continue
-            slope, fall = planes[row, column, 0], planes[row, column, 1]
+            plane = slope, fall, _ = plane_at(planes, row, column)
             total = np.float32(0)
             begin, end = column - reach, column + reach
-            middle = (slope * np.float32(column) + fall * np.float32(row)
-                      + planes[row, column, 2])
+            middle = disparity_at(plane, column, row)
             spread = (abs(slope) + abs(fall)) * np.float32(reach) + np.float32(1)
             least, most = middle - spread, middle + spread
             nearest = origin + column_step * np.int64(min(max(least, -half), top))
@@ -141,8 +141,7 @@ def plane_costs(volume, disparities, supports, selected, parent, first, last):
             for down in range(max(radius - row // stride, 0),
                               min(side, (rows - 1 - row) // stride + radius + 1)):
                 y = row + (down - radius) * stride
-                disparity = (slope * np.float32(begin) + fall * np.float32(y)
-                             + planes[row, column, 2])
+                disparity = disparity_at(plane, begin, y)
                 weight_at = ((row * columns + column) * side + down) * side
                 if inside:
                     place = (y * columns + origin + direction * begin) * labels
@@ -182,12 +181,10 @@ def bend(one, row, column, other, y, x, weight, most):
     """
     Return the cost of the difference of two neighbours' planes at both places.
 
-    one, other: float32 (3,), the planes of (row, column) and (y, x); weight: UNITs a px; most: px
+    one, other: the planes of (row, column) and (y, x); weight: UNITs a px; most: px
     """
-    here = abs((one[0] - other[0]) * np.float32(column) + (one[1] - other[1]) * np.float32(row)
-               + (one[2] - other[2]))
-    there = abs((one[0] - other[0]) * np.float32(x) + (one[1] - other[1]) * np.float32(y)
-                + (one[2] - other[2]))
+    apart = one[0] - other[0], one[1] - other[1], one[2] - other[2]
+    here, there = abs(disparity_at(apart, column, row)), abs(disparity_at(apart, x, y))
     return np.int32(weight * min(here + there, most))
 
 
@@ -196,21 +193,18 @@ def smoothness(planes, penalties, row_sums, first, last):
     """
     Write the costs of the differences of neighbours: int64 (R,), the sums of rows.
 
-    planes: float32 (R, C, 3); penalties: the fields of PlanePenalties
+    planes: float32 (R, 3, C); penalties: the fields of PlanePenalties
     """
     across, down, most = penalties
     for row in range(first, last):
         total = np.int64(0)
-        for column in range(planes.shape[1]):
-            one = planes[row, column]
-            if column > 0:
-                other = planes[row, column - 1]
-                weight = across[row, column]
-                total += bend(one, row, column, other, row, column - 1, weight, most)
-            if row > 0:
-                other = planes[row - 1, column]
-                weight = down[row, column]
-                total += bend(one, row, column, other, row - 1, column, weight, most)
+        for column in range(planes.shape[2]):
+            one = plane_at(planes, row, column)
+            for side in range(2):
+                y, x = row - side, column - 1 + side
+                if y >= 0 and x >= 0:
+                    weight = down[row, column] if side else across[row, column]
+                    total += bend(one, row, column, plane_at(planes, y, x), y, x, weight, most)
         row_sums[row] = total
 
 
@@ -240,6 +234,7 @@ def fill_exchange(first, second, penalties, selected, numbers, changes):
     rows, columns = selected.shape
     for number in range(cells.size):
         row, column = cells[number] // columns, cells[number] % columns
+        one, new = plane_at(first_planes, row, column), plane_at(second_planes, row, column)
         numbers[row, column] = number
         alone[number] = second_costs[row, column] - first_costs[row, column]
         for side in range(2):
@@ -248,13 +243,12 @@ def fill_exchange(first, second, penalties, selected, numbers, changes):
             pairs[number, side] = 0
             if y >= 0 and x >= 0:
                 weight = down[row, column] if side else across[row, column]
-                one, other = first_planes[row, column], first_planes[y, x]
-                new = second_planes[row, column]
+                other = plane_at(first_planes, y, x)
                 old = bend(one, row, column, other, y, x, weight, most)
                 mixed = bend(new, row, column, other, y, x, weight, most)
                 alone[number] += mixed - old
                 if selected[y, x]:
-                    newer = second_planes[y, x]
+                    newer = plane_at(second_planes, y, x)
                     remixed = bend(one, row, column, newer, y, x, weight, most)
                     both = bend(new, row, column, newer, y, x, weight, most)
                     alone[numbers[y, x]] += remixed - old
@@ -262,11 +256,9 @@ def fill_exchange(first, second, penalties, selected, numbers, changes):
             y, x = row + side, column + 1 - side
             if y < rows and x < columns and not selected[y, x]:
                 weight = down[y, x] if side else across[y, x]
-                one, other = first_planes[y, x], first_planes[row, column]
-                newer = second_planes[row, column]
-                alone[number] += (
-                    bend(one, y, x, newer, row, column, weight, most)
-                    - bend(one, y, x, other, row, column, weight, most))
+                other = plane_at(first_planes, y, x)
+                alone[number] += (bend(new, row, column, other, y, x, weight, most)
+                                  - bend(one, row, column, other, y, x, weight, most))
 
 
 @kernel
@@ -279,7 +271,7 @@ def take_planes(first, second, cells, taken):
             row, column = cells[index] // columns, cells[index] % columns
             first_costs[row, column] = second_costs[row, column]
             for part in range(3):
-                first_planes[row, column, part] = second_planes[row, column, part]
+                first_planes[row, part, column] = second_planes[row, part, column]
 
 
 @kernel
@@ -298,16 +290,6 @@ def trusted_costs(raw, trusted, little, costs, first, last):
 def trusted_cost(cost, trusted, little):
     """Return a cost times the trust in it, see trusted_costs."""
     return cost if trusted else cost * little // TRUSTED
-
-
-@kernel
-def disparities_of(planes, highest, result, first, last):
-    """Write the disparities of planes, within 0 to highest: float32 (R, C), px."""
-    for row in range(first, last):
-        for column in range(planes.shape[1]):
-            one = planes[row, column]
-            disparity = one[0] * np.float32(column) + one[1] * np.float32(row) + one[2]
-            result[row, column] = min(max(disparity, np.float32(0)), highest)
 
 
 class Demands(NamedTuple):

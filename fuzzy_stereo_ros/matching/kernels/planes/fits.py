@@ -1,10 +1,11 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Planes (a, b, c), of disparity a x + b y + c, fitted around pixels and to regions."""
+"""Planes fitted around pixels and to regions."""
 from typing import NamedTuple
 
 from fuzzy_stereo_ros.matching.kernels.compiled import called, inlined, kernel
 from fuzzy_stereo_ros.matching.kernels.genetic.random_numbers import below, mixed
+from fuzzy_stereo_ros.matching.kernels.planes.plane import disparity_at
 from fuzzy_stereo_ros.matching.kernels.refinement.dense_map import sums_around
 import numpy as np
 
@@ -76,10 +77,9 @@ def random_plane(points, first, number, key, count):
 @inlined
 def agreeing(points, first, last, stride, plane, limit):
     """Return how many of the points, every stride-th, lie within a limit of a plane."""
-    slope, fall, offset = plane
     number = 0
     for place in range(first, last, stride):
-        number += abs(slope * points[0, place] + fall * points[1, place] + offset
+        number += abs(disparity_at(plane, points[0, place], points[1, place])
                       - points[2, place]) < limit
     return number
 
@@ -115,11 +115,11 @@ def least_squares(points, first, last, plane, limit, origin):
     points: float32 (3, N), x, y and disparity, of which first .. last - 1 count; plane: slope,
     fall and offset; origin: a point among them, from which they are measured
     """
-    (slope, fall, offset), (x0, y0, d0) = plane, origin
+    x0, y0, d0 = origin
     s = sx = sy = sxx = sxy = syy = sd = sxd = syd = 0.0
     for place in range(first, last):
         x, y, d = points[0, place], points[1, place], points[2, place]
-        if abs(slope * x + fall * y + offset - d) < limit:
+        if abs(disparity_at(plane, x, y) - d) < limit:
             right, down, more = np.float64(x) - x0, np.float64(y) - y0, np.float64(d) - d0
             s += 1
             sx += right
@@ -140,15 +140,15 @@ def local_planes(disparities, colours, neighbours, planes, first, last):
     Write the plane fitted to the similar neighbours of each pixel, with damped slopes.
 
     disparities: float32 (R, C), px; colours: uint8 (R, C, 3); neighbours: the fields of
-    dense_map.Neighbours; planes: float32 (R, C, 3)
+    dense_map.Neighbours; planes: float32 (R, 3, C)
     """
     for row in range(first, last):
         for column in range(disparities.shape[1]):
             centre = disparities[row, column]
             sums = sums_around(disparities, colours, row, column, neighbours)
             slope, fall, offset = solve(sums, np.float32(0.5) * sums[0])
-            planes[row, column, 0], planes[row, column, 1] = slope, fall
-            planes[row, column, 2] = centre + offset - slope * column - fall * row
+            planes[row, 0, column], planes[row, 1, column] = slope, fall
+            planes[row, 2, column] = centre + offset - slope * column - fall * row
 
 
 @kernel

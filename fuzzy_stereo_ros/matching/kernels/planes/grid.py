@@ -5,15 +5,16 @@ Plane genes on a grid of every other pixel of every other row.
 
 Cell (r, x) of the grid is the pixel (2 r + down, 2 x + right); down and right are 0 or 1 and move
 with the picture, so that a cell stays with what it shows. The planes (a, b, c) are those of grid
-coordinates: the disparity of cell (r, x), in px of the image, is a x + b r + c. A row has all its
-a, then all its b, then all its c, so that loops over cells work with vectors; the loops are those
-of functions that get few arrays, since the compiler tests each pair for overlap before it uses
-vectors.
+coordinates: the disparity of cell (r, x), in px of the image, is a x + b r + c. Loops over cells
+are those of functions that get few arrays, since the compiler tests each pair for overlap before
+it uses vectors.
 """
 from typing import NamedTuple
 
-from fuzzy_stereo_ros.matching.kernels.compiled import called, inlined, kernel
+from fuzzy_stereo_ros.matching.kernels.compiled import called, kernel
 from fuzzy_stereo_ros.matching.kernels.planes.costs import trusted_cost, UNIT
+from fuzzy_stereo_ros.matching.kernels.planes.plane import (
+    disparity_at, plane_at, write_disparities)
 from fuzzy_stereo_ros.matching.kernels.possibility.costs import Features, match_cost
 from fuzzy_stereo_ros.matching.kernels.possibility.features import copy_row, MARGIN
 from fuzzy_stereo_ros.matching.kernels.temporal.change_detection import TILE
@@ -167,7 +168,7 @@ def follow_map(cell_map, reach, limit, genes, highest, current, first, last):
         for part in range(3):
             _follow(tangents[row, part], evolved[row], planes[row, part])
         _mark(mutated[row], evolved[row])
-        _disparities(planes[row], np.float32(row), highest, current[row])
+        write_disparities(planes, row, np.float32(0), highest, current[row])
 
 
 @called
@@ -204,15 +205,6 @@ def _mark(mutated, evolved):
         evolved[column] |= np.uint8(mutated[column])
 
 
-@called
-def _disparities(planes, row, highest, disparities):
-    """Write the disparities of the planes of a row, float32 (3, c), within 0 to highest."""
-    slopes, falls, offsets = planes[0], planes[1], planes[2]
-    for column in range(disparities.size):
-        disparity = slopes[column] * np.float32(column) + falls[column] * row + offsets[column]
-        disparities[column] = min(max(disparity, np.float32(0)), highest)
-
-
 @kernel
 def grid_costs(features, largest, target_range, origin, trust, selected, parent, first, last):
     """
@@ -231,7 +223,7 @@ def grid_costs(features, largest, target_range, origin, trust, selected, parent,
         for column in range(selected.shape[1]):
             if not selected[row, column]:
                 continue
-            disparity, cost = plane_disparity(planes[row], row, column), UNIT
+            disparity, cost = disparity_at(plane_at(planes, row, column), column, row), UNIT
             if np.float32(-0.5) <= disparity <= top + np.float32(0.5):
                 disparity = min(max(disparity, np.float32(0)), top)
                 label, x = np.int64(disparity), 2 * column + right
@@ -243,13 +235,6 @@ def grid_costs(features, largest, target_range, origin, trust, selected, parent,
                     between = low + (disparity - np.float32(label)) * (high - low)
                     cost = np.int64(between * scale + np.float32(0.5))
             costs[row, column] = trusted_cost(cost, trusted[row, column], little)
-
-
-@inlined
-def plane_disparity(planes, row, column):
-    """Return the disparity of a cell of a row of planes, float32 (3, c)."""
-    return (planes[0, column] * np.float32(column) + planes[1, column] * np.float32(row)
-            + planes[2, column])
 
 
 @kernel

@@ -9,6 +9,8 @@ from typing import NamedTuple
 
 from fuzzy_stereo_ros.matching.kernels.addresses import next_byte
 from fuzzy_stereo_ros.matching.kernels.compiled import called, inlined, kernel
+from fuzzy_stereo_ros.matching.kernels.planes.plane import (
+    disparity_at, plane_at, write_disparities)
 from fuzzy_stereo_ros.matching.kernels.possibility.features import copy_row, MARGIN
 from fuzzy_stereo_ros.matching.kernels.units import CONSISTENT, INVALID, STEPS
 import numpy as np
@@ -39,17 +41,14 @@ def _like(luminance, y, x, row, column, down, right, shape):
 @called
 def _spread(planes, evolved, row, apart, lines):
     """Write disparity, slope, fall and tolerance of labels, px, of each cell of a row."""
-    middle, slack, offsets = lines[0], lines[3], planes[2]
+    columns, marks, slack, anywhere = evolved.shape[1], evolved[row], lines[3], np.float32(np.inf)
+    write_disparities(planes, row, -anywhere, anywhere, lines[0, :columns])
     for part in range(2):
-        copy_row(planes[part], lines[part + 1, :evolved.size])
-    slopes, falls = lines[1], lines[2]
-    for column in range(evolved.size):
-        middle[column] = (slopes[column] * np.float32(column) + falls[column] * np.float32(row)
-                          + offsets[column])
-    for column in range(evolved.size):
-        slack[column] = apart - _ROUNDING if evolved[column] else np.float32(np.inf)
+        copy_row(planes[row, part], lines[part + 1, :columns])
+    for column in range(columns):
+        slack[column] = apart - _ROUNDING if marks[column] else anywhere
     for line in range(4):
-        lines[line, evolved.size] = lines[line, evolved.size - 1]
+        lines[line, columns] = lines[line, columns - 1]
 
 
 @inlined
@@ -98,10 +97,10 @@ def write_labels(genes, trusted, luminance, apart, highest, frame_map, lines, fi
     of_cells, doubted = lines
     down, right = np.int64(origin[0]), np.int64(origin[1])
     (rows, columns), half = evolved.shape, np.float32(0.5)
-    _spread(planes[first], evolved[first], first, apart, of_cells[first & 1])
+    _spread(planes, evolved, first, apart, of_cells[first & 1])
     for row in range(first, last):
         below = min(row + 1, rows - 1)
-        _spread(planes[below], evolved[below], below, apart, of_cells[(row + 1) & 1])
+        _spread(planes, evolved, below, apart, of_cells[(row + 1) & 1])
         for y in range(2 * row + down, min(2 * row + down + 2, chromosome.shape[0])):
             lower = y - 2 * row - down
             for side in range(2):
@@ -118,9 +117,9 @@ def write_labels(genes, trusted, luminance, apart, highest, frame_map, lines, fi
                     r, c = _like(luminance, y, x, row, column, down, right, evolved.shape)
                     if not evolved[r, c]:
                         continue
-                    disparity = (planes[r, 0, c] * (half * np.float32(x - right))
-                                 + planes[r, 1, c] * (half * np.float32(y - down))
-                                 + planes[r, 2, c])
+                    disparity = disparity_at(
+                        plane_at(planes, r, c), half * np.float32(x - right),
+                        half * np.float32(y - down))
                     disparity = min(max(disparity, np.float32(0)), highest)
                     if abs(disparity - np.float32(chromosome[y, x])) < apart:
                         continue

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Which cells of a grid of plane genes, see grid.py, get a proposal, and which planes."""
 from fuzzy_stereo_ros.matching.kernels.compiled import kernel
-from fuzzy_stereo_ros.matching.kernels.planes.grid import plane_disparity
+from fuzzy_stereo_ros.matching.kernels.planes.plane import disparity_at, plane_at
 from fuzzy_stereo_ros.matching.kernels.possibility.features import copy_row
 from fuzzy_stereo_ros.matching.kernels.temporal.change_detection import TILE
 import numpy as np
@@ -82,15 +82,14 @@ def reject_bent(planes, region_pixels, disparities, trusted, near, share, select
     starts, pixels = region_pixels
     columns = selected.shape[1]
     for region in range(planes.shape[0]):
-        slope, fall, offset = planes[region]
-        mine = pixels[starts[region]:starts[region + 1]]
+        plane, mine = planes[region], pixels[starts[region]:starts[region + 1]]
         known = agreeing = 0
         for pixel in mine:
             row, column = pixel // columns, pixel % columns
             if trusted[row, column]:
                 known += 1
-                agreeing += abs(slope * np.float32(column) + fall * np.float32(row) + offset
-                                - disparities[row, column]) < near
+                agreeing += abs(
+                    disparity_at(plane, column, row) - disparities[row, column]) < near
         if agreeing < share * max(known, 1):
             for pixel in mine:
                 selected[pixel // columns, pixel % columns] = False
@@ -114,8 +113,8 @@ def propose_planes(regions, quiet, highest, selected, proposed, first, last):
                 mine = labels[row, column]
                 for part in range(3):
                     proposal[row, part, column] = region_planes[mine, part]
-                disparities[row, column] = min(max(
-                    plane_disparity(proposal[row], row, column), np.float32(0)), highest)
+                disparities[row, column] = min(max(disparity_at(
+                    plane_at(proposal, row, column), column, row), np.float32(0)), highest)
 
 
 @kernel
