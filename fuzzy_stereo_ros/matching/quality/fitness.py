@@ -8,6 +8,7 @@ where the two views disagree, and of the differences of neighbours' planes, whic
 edges and where texture is strong. All costs are whole numbers.
 """
 from fuzzy_stereo_ros.matching.bands import cut_bands
+from fuzzy_stereo_ros.matching.kernels.genetic.exchange import list_cells
 from fuzzy_stereo_ros.matching.kernels.planes import costs as kernels
 from fuzzy_stereo_ros.matching.kernels.planes.plane import disparities_of
 import numpy as np
@@ -116,7 +117,7 @@ class PlaneFitness:
         exchange: crossover.Exchange; first, second: the fields of a `Parent`, trusted costs;
         selected: bool (R, C)
         """
-        exchange.set_size(kernels.list_cells(selected, exchange.all_cells))
+        exchange.set_size(list_cells(selected, exchange.all_cells))
         kernels.fill_exchange(
             first, second, tuple(self._penalties), selected, np.empty(selected.shape, np.int32),
             exchange.changes())

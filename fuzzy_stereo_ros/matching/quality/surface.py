@@ -11,7 +11,7 @@ import cv2
 from fuzzy_stereo_ros.matching.bands import cut_bands
 from fuzzy_stereo_ros.matching.crossover import Exchange, Regions
 from fuzzy_stereo_ros.matching.kernels.genetic import surface_cost
-from fuzzy_stereo_ros.matching.kernels.genetic.exchange import copy_taken
+from fuzzy_stereo_ros.matching.kernels.genetic.exchange import copy_taken, list_cells
 from fuzzy_stereo_ros.matching.kernels.genetic.surface_cost import Steps
 from fuzzy_stereo_ros.matching.kernels.possibility.fuzzy_costs import FULL
 from fuzzy_stereo_ros.matching.kernels.refinement import consistency, dense_map, filling
@@ -117,7 +117,7 @@ class SurfaceFitness:
         exchange, full = Exchange(*first.shape, 4), FULL >> _HALF
         steps = steps._replace(slope=steps.slope * full, jump=steps.jump * full)
         steps = Steps(*map(np.float32, steps))
-        exchange.set_size(surface_cost.cells_apart(first, second, steps.apart, exchange.all_cells))
+        exchange.set_size(list_cells(abs(first - second) > steps.apart, exchange.all_cells))
         surface_cost.exchange_changes(
             first, first_costs, second, second_costs, self._across, self._down, tuple(steps),
             exchange.changes())

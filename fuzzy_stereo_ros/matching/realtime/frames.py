@@ -18,6 +18,7 @@ from fuzzy_stereo_ros.matching.arrays import zeros
 from fuzzy_stereo_ros.matching.bands import beside, Chain, MOST_PARTS, widened
 from fuzzy_stereo_ros.matching.crossover import Cut, Exchange
 from fuzzy_stereo_ros.matching.evolution import Durations, evolve, Stopwatch
+from fuzzy_stereo_ros.matching.kernels.genetic.exchange import list_cells
 from fuzzy_stereo_ros.matching.kernels.planes import costs, grid, grid_labels
 from fuzzy_stereo_ros.matching.kernels.planes.costs import (
     Demands, PlanePenalties, RegionSets, reject_unfounded)
@@ -277,7 +278,7 @@ class FrameEvolution:
     def _accept(self, crossover, random, parents, evolved):
         """Take the genes of the second parent that a crossover chooses; evolved: their mark."""
         exchange = self._exchange
-        exchange.set_size(costs.list_cells(self._selected, exchange.all_cells))
+        exchange.set_size(list_cells(self._selected, exchange.all_cells))
         costs.fill_exchange(*parents, tuple(self._penalties), self._selected, self._numbers,
                             exchange.changes())
         self.fitness -= crossover(exchange, random) / (costs.UNIT * self._labels.size)

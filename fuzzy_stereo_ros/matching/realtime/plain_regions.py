@@ -79,7 +79,7 @@ class Found(NamedTuple):
     """
     The plain regions of a pair.
 
-    regions: the fields of segments.Regions; places, starts: of list_cells; votes: the fields of
+    regions: the fields of segments.Regions; places, starts: of number_cells; votes: the fields of
     Votes; planes: float64 (regions, 3), see judge; accepted: uint8 (cells,), which take them
     """
 
@@ -173,7 +173,7 @@ class PlainRegions:
         if number == 0:
             return
         places, starts = np.empty((number, *sides), np.int32), np.zeros(number + 1, np.int32)
-        cells = kernels.list_cells(regions, places, starts)
+        cells = kernels.number_cells(regions, places, starts)
         votes = tuple(kernels.Votes(
             np.zeros((cells, kernels.BANDS, self._labels), np.int16),
             np.zeros((cells, self._labels), np.int16),

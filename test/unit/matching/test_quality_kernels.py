@@ -5,6 +5,7 @@ from census_scene import random_map, small_pair
 from fuzzy_stereo_ros.matching.bands import ThreadPool
 from fuzzy_stereo_ros.matching.crossover import Exchange
 from fuzzy_stereo_ros.matching.kernels.genetic import surface_cost
+from fuzzy_stereo_ros.matching.kernels.genetic.exchange import list_cells
 from fuzzy_stereo_ros.matching.kernels.possibility import cross_support, fuzzy_costs
 from fuzzy_stereo_ros.matching.kernels.possibility.fuzzy_costs import FULL
 from fuzzy_stereo_ros.matching.kernels.refinement import dense_map
@@ -294,7 +295,7 @@ def test_an_exchange_has_the_change_of_cost_from_the_first_parent_to_the_child(
         return twins.surface_cost(surface, genes, across, down, *numbers)
 
     exchange = Exchange(*first.shape, 4)
-    exchange.set_size(surface_cost.cells_apart(first, second, apart, exchange.all_cells))
+    exchange.set_size(list_cells(abs(first - second) > apart, exchange.all_cells))
     np.testing.assert_array_equal(exchange.cells, np.flatnonzero(abs(first - second) > apart))
     exchange.pairs[:] = 99
     surface_cost.exchange_changes(

@@ -10,8 +10,8 @@ Regions meet only where the parents agree, so that the gain is the sum over the 
 from typing import NamedTuple
 
 from fuzzy_stereo_ros.matching.kernels.compiled import called, inlined, kernel
-from fuzzy_stereo_ros.matching.kernels.refinement.consistency import root
 from fuzzy_stereo_ros.matching.kernels.simd import equal_bits, first_set, LANES, load
+from fuzzy_stereo_ros.matching.kernels.union_find import join
 import numpy as np
 
 
@@ -49,6 +49,20 @@ def differing_cells(first, second, cells):
     for cell in range(whole, ours.size):
         cells[number] = cell
         number += ours[cell] != theirs[cell]
+    return number
+
+
+@kernel
+def list_cells(selected, cells):
+    """
+    Write the selected cells, row * C + column, ascending; return how many there are.
+
+    selected: bool (R, C); cells: int32 (R * C + 1,)
+    """
+    number, flat = 0, selected.reshape(-1)
+    for cell in range(flat.size):
+        cells[number] = cell
+        number += flat[cell]
     return number
 
 
@@ -91,10 +105,7 @@ def _joined(parent, region, other):
     """Return the region of a cell that has two neighbours; 0 is none."""
     if region == 0 or other == 0 or region == other:
         return max(region, other)
-    one, two = root(parent, region), root(parent, other)
-    least = min(one, two)
-    parent[max(one, two)] = least
-    return least
+    return join(parent, region, other)[0]
 
 
 @kernel

@@ -49,20 +49,6 @@ def step_cost(one, other, slope, free, jump):
     return min(max(abs(one - other) - free, np.float32(0)) * slope, jump)
 
 
-@kernel
-def cells_apart(first, second, apart, cells):
-    """
-    Write where two maps differ by more than `apart` px; return at how many cells.
-
-    first, second: float32 (R, C); cells: int32 (R * C + 1,), row * C + column, ascending.
-    """
-    number, ours, theirs = 0, first.reshape(-1), second.reshape(-1)
-    for cell in range(ours.size):
-        cells[number] = cell
-        number += abs(ours[cell] - theirs[cell]) > apart
-    return number
-
-
 @inlined
 def _parts(cost):
     return np.int64(np.rint(np.float64(cost) * PARTS))

@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 from fuzzy_stereo_ros.matching.kernels.compiled import inlined, kernel
 from fuzzy_stereo_ros.matching.kernels.planes.plane import disparity_at, plane_at
-from fuzzy_stereo_ros.matching.kernels.refinement.consistency import root
+from fuzzy_stereo_ros.matching.kernels.union_find import join, root
 import numpy as np
 
 UNIT = 1024          # the cost of an impossible match; all costs are whole numbers
@@ -209,17 +209,6 @@ def smoothness(planes, penalties, row_sums, first, last):
 
 
 @kernel
-def list_cells(selected, cells):
-    """Write the selected cells, row * C + column, ascending; return how many there are."""
-    number, flat = 0, selected.reshape(-1)
-    for cell in range(flat.size):
-        if flat[cell]:
-            cells[number] = cell
-            number += 1
-    return number
-
-
-@kernel
 def fill_exchange(first, second, penalties, selected, numbers, changes):
     """
     Write the changes of cost of taking the second parent's planes: see crossover.Exchange.
@@ -301,7 +290,7 @@ class Demands(NamedTuple):
 
 
 class RegionSets(NamedTuple):
-    """Memory for the union-find of moving regions, numbered from 1 on; 0 is none."""
+    """Memory for the union-find of moving regions, numbered from 1 on; 0 is none, its parent 0."""
 
     region: np.ndarray       # int32 (R, C)
     parent: np.ndarray       # int32 (R * C + 1,)
@@ -336,15 +325,12 @@ def reject_unfounded(labels, old, new, trusted, demands, sets, selected):
                 left = region[row, column - 1]
             if row > 0 and labels[row - 1, column] == labels[row, column]:
                 above = region[row - 1, column]
-            left, above = root(parent, left) if left else 0, root(parent, above) if above else 0
-            mine = min(left, above) if left and above else max(left, above)
+            mine, other = join(parent, left if left else above, above if above else left)
             if mine == 0:
                 mine = known
                 parent[mine], excess[mine], size[mine] = mine, 0, 0
                 known += 1
-            other = max(left, above)
-            if other != mine:
-                parent[other] = mine
+            elif other != mine:
                 excess[mine] += excess[other]
                 size[mine] += size[other]
             region[row, column] = mine

@@ -16,7 +16,8 @@ from fuzzy_stereo_ros.matching.kernels.planes.costs import trusted_cost, UNIT
 from fuzzy_stereo_ros.matching.kernels.planes.plane import (
     disparity_at, plane_at, write_disparities)
 from fuzzy_stereo_ros.matching.kernels.possibility.costs import Features, match_cost
-from fuzzy_stereo_ros.matching.kernels.possibility.features import copy_row, MARGIN
+from fuzzy_stereo_ros.matching.kernels.possibility.features import MARGIN
+from fuzzy_stereo_ros.matching.kernels.rows import copy_row
 from fuzzy_stereo_ros.matching.kernels.temporal.change_detection import TILE
 from fuzzy_stereo_ros.matching.kernels.units import CONSISTENT, INVALID, STEPS
 import numpy as np

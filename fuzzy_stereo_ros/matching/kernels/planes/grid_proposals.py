@@ -3,7 +3,7 @@
 """Which cells of a grid of plane genes, see grid.py, get a proposal, and which planes."""
 from fuzzy_stereo_ros.matching.kernels.compiled import kernel
 from fuzzy_stereo_ros.matching.kernels.planes.plane import disparity_at, plane_at
-from fuzzy_stereo_ros.matching.kernels.possibility.features import copy_row
+from fuzzy_stereo_ros.matching.kernels.rows import copy_row
 from fuzzy_stereo_ros.matching.kernels.temporal.change_detection import TILE
 import numpy as np
 

@@ -218,7 +218,7 @@ def quantise(bands, written, clips, sums, first, last):
 
 
 @kernel
-def list_cells(regions, places, starts):
+def number_cells(regions, places, starts):
     """
     Count the cells that each region reaches into, and number them, region by region.
 
@@ -250,8 +250,8 @@ def vote(left, target, regions, places, half_labels, votes, first, last):
     Sum the products of the bands of regions with those of all candidates, cell by cell.
 
     left: the values of the left TextureBands; target: the fields of Target; regions: of
-    segments.Regions; places: of list_cells; half_labels: (r, c), the map at half size; votes: the
-    fields of Votes; first, last: the rows of whole cells
+    segments.Regions; places: of number_cells; half_labels: (r, c), the map at half size; votes:
+    the fields of Votes; first, last: the rows of whole cells
     """
     right, seen, base = target
     begin, end, row_runs, region = regions
@@ -302,10 +302,10 @@ def write_planes(regions, cells, planes, half_map, full_map, weights, weight, fi
     """
     Write planes into a half-size map and into the prior of the full search, in accepted cells.
 
-    regions: the fields of segments.Regions; cells: places of list_cells, and uint8 by cell, which
-    are accepted; planes: float64 (regions, 3), of half-size x and y and full disparity; half_map,
-    full_map: the fields of a LabelMap, (r, c), and (R, C) of the prior; weights: uint8 (R, C), of
-    the prior, which become `weight`; first, last: half-size rows
+    regions: the fields of segments.Regions; cells: places of number_cells, and uint8 by cell,
+    which are accepted; planes: float64 (regions, 3), of half-size x and y and full disparity;
+    half_map, full_map: the fields of a LabelMap, (r, c), and (R, C) of the prior; weights: uint8
+    (R, C), of the prior, which become `weight`; first, last: half-size rows
     """
     places, accepted = cells
     begin, end, row_runs, region = regions

@@ -14,7 +14,7 @@ from fuzzy_stereo_ros.matching.kernels.compiled import called, inlined, kernel
 from fuzzy_stereo_ros.matching.kernels.planes.fits import (
     agreeing, best_of_random, LEAST, least_squares)
 from fuzzy_stereo_ros.matching.kernels.possibility.features import MARGIN
-from fuzzy_stereo_ros.matching.kernels.refinement.consistency import root
+from fuzzy_stereo_ros.matching.kernels.union_find import join, root
 from fuzzy_stereo_ros.matching.kernels.units import CONSISTENT, STEPS
 import numpy as np
 
@@ -203,8 +203,7 @@ def _join(runs, row, likeness, here, above):
             low, high = max(begin[upper], begin[run]), min(end[upper], end[run])
             difference = here[high] - here[low] - above[high] + above[low]
             if high - low >= likeness.overlap and abs(difference) <= likeness.apart * (high - low):
-                one, two = root(parent, run), root(parent, upper)
-                parent[max(one, two)] = min(one, two)
+                join(parent, run, upper)
             upper += 1
 
 

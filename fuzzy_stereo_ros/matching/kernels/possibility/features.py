@@ -7,6 +7,7 @@ Images of the target are mirrored: its column c, from -extra on, lies at index `
 so that the candidates of a pixel, disparities upwards, are one contiguous load.
 """
 from fuzzy_stereo_ros.matching.kernels.compiled import called, kernel
+from fuzzy_stereo_ros.matching.kernels.rows import pad_row
 from fuzzy_stereo_ros.matching.kernels.simd import (
     add, bit_and, bit_or, LANES, lanes_in_llvm, less, load, minimum, narrow, read,
     reversed_lanes, saturating_subtract, shift_left, shift_right, shuffled, splat, store, VECTOR)
@@ -56,7 +57,7 @@ def luminance_of_colour(image, shift, left_shift, mirrored, luminance, grey, fir
             target = columns - 1 - column if mirrored else column
             luminance[row + MARGIN, target + MARGIN] = min(value, np.uint32(65535))
             grey[row, target] = min((value + np.uint32(128)) >> np.uint32(8), np.uint32(255))
-        pad_row(luminance, row, columns)
+        pad_row(luminance, row, columns, MARGIN)
 
 
 @kernel
@@ -80,7 +81,7 @@ def luminance_of_bytes(image, left_shift, mirrored, luminance, grey, first, last
                 column = columns - LANES - column
             store(flat, (row + MARGIN) * luminance_stride + column + MARGIN, value)
             store(grey_flat, row * grey_stride + column, rounded)
-        pad_row(luminance, row, columns)
+        pad_row(luminance, row, columns, MARGIN)
 
 
 @kernel
@@ -94,28 +95,7 @@ def luminance_of_mono(image, shift, left_shift, mirrored, luminance, grey, first
             target = columns - 1 - column if mirrored else column
             luminance[row + MARGIN, target + MARGIN] = min(value, np.uint32(65535))
             grey[row, target] = min((value + np.uint32(128)) >> np.uint32(8), np.uint32(255))
-        pad_row(luminance, row, columns)
-
-
-@called
-def copy_row(source, target):
-    """Copy len(target) elements; faster, and compiled sooner, than to assign a slice."""
-    for column in range(len(target)):
-        target[column] = source[column]
-
-
-@called
-def pad_row(luminance, row, columns):
-    """Repeat the border pixels of a row into its margin and slack, border rows above and below."""
-    rows = luminance.shape[0] - 2 * MARGIN
-    line = luminance[row + MARGIN]
-    line[:MARGIN] = line[MARGIN]
-    line[columns + MARGIN:] = line[columns + MARGIN - 1]
-    for edge in range(MARGIN):
-        if row == 0:
-            copy_row(line, luminance[edge])
-        if row == rows - 1:
-            copy_row(line, luminance[rows + MARGIN + edge])
+        pad_row(luminance, row, columns, MARGIN)
 
 
 @kernel
@@ -130,7 +110,7 @@ def spread(picture, columns, begin, wide, wide_columns, first, last):
     for row in range(first, last):
         _spread_row(luminance[row + MARGIN, MARGIN:columns + MARGIN], begin,
                     wide_luminance[row + MARGIN, MARGIN:wide_columns + MARGIN])
-        pad_row(wide_luminance, row, wide_columns)
+        pad_row(wide_luminance, row, wide_columns, MARGIN)
         _spread_row(grey[row, :columns], begin, wide_grey[row, :wide_columns])
 
 
@@ -158,7 +138,7 @@ def halve(luminance, grey, columns, offset, half_luminance, half_grey, first, la
             left = 2 * column
             line[column] = (np.uint32(above[left]) + above[left + 1] + below[left]
                             + below[left + 1]) >> np.uint32(2)
-        pad_row(half_luminance, row, columns)
+        pad_row(half_luminance, row, columns, MARGIN)
         above_grey, below_grey = grey[2 * row, offset:], grey[2 * row + 1, offset:]
         for column in range(columns):
             left = 2 * column
@@ -189,7 +169,7 @@ def denoise(luminance, tolerance, columns, denoised, first, last):
             total = np.int32(totals[column] + totals[column + 1] + totals[column + 2])
             mean = np.int32(np.float32(total) * np.float32(1 / 9))
             line[column] = grey if abs(9 * grey - total) > limit else mean
-        pad_row(denoised, row, columns)
+        pad_row(denoised, row, columns, MARGIN)
 
 
 @kernel

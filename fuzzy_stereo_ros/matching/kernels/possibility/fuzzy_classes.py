@@ -7,7 +7,7 @@ Classes are of grey levels, and of gradients as well; cells around are along row
 """
 from fuzzy_stereo_ros.matching.kernels import simd
 from fuzzy_stereo_ros.matching.kernels.compiled import called, kernel
-from fuzzy_stereo_ros.matching.kernels.possibility.features import copy_row
+from fuzzy_stereo_ros.matching.kernels.rows import copy_row
 import numpy as np
 
 WHOLE_BITS = 8

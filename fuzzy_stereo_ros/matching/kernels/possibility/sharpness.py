@@ -8,7 +8,8 @@ Not in the paper, whose pictures are sharp. JPEG rounds each coefficient of the 
 other picture small coefficients are more frequent than large ones.
 """
 from fuzzy_stereo_ros.matching.kernels.compiled import kernel
-from fuzzy_stereo_ros.matching.kernels.possibility.features import MARGIN, pad_row
+from fuzzy_stereo_ros.matching.kernels.possibility.features import MARGIN
+from fuzzy_stereo_ros.matching.kernels.rows import pad_row
 from fuzzy_stereo_ros.matching.kernels.simd import (
     add, LANES, load, minimum, shift_left, shift_right, subtract, total)
 import numpy as np
@@ -99,4 +100,4 @@ def smooth(luminance, columns, share, smoothed, grey, first, last):
             value = min(max(value + share * (mean - value), 0), 65535)
             line[column] = value
             greys[column] = min((value + 128) >> 8, 255)
-        pad_row(smoothed, row, columns)
+        pad_row(smoothed, row, columns, MARGIN)

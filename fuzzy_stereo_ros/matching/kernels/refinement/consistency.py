@@ -7,6 +7,7 @@ from fuzzy_stereo_ros.matching.kernels.compiled import called, inlined, kernel
 from fuzzy_stereo_ros.matching.kernels.simd import (
     absolute_difference, equal_bits, first_set, LANES, load, saturating_subtract, splat,
     splat_like)
+from fuzzy_stereo_ros.matching.kernels.union_find import join
 from fuzzy_stereo_ros.matching.kernels.units import CONSISTENT, INVALID, OUTSIDE
 import numpy as np
 
@@ -43,7 +44,7 @@ def compare_views(disparities, others, lowest, most, validity, first, last):
     Compare each pixel with the pixel of the other view that it points at.
 
     disparities: float32 (R, C), px from `lowest`; others: likewise, of the mirrored other view;
-    most: px by which they may differ; validity: uint8 (R, C), see refinement/consistency.py
+    most: px by which they may differ; validity: uint8 (R, C), written
     """
     columns = disparities.shape[1]
     for row in range(first, last):
@@ -109,15 +110,6 @@ class ComponentRuns(NamedTuple):
 
 
 @called
-def root(parent, run):
-    """Return the representative of a set, halving the way to it (union-find)."""
-    while parent[run] != run:
-        parent[run] = parent[parent[run]]
-        run = parent[run]
-    return run
-
-
-@called
 def _near(labels, one, two, step):
     return abs(np.int64(labels[one]) - np.int64(labels[two])) <= step
 
@@ -175,15 +167,6 @@ def _touch(labels, begin, end, columns, step):
 
 
 @inlined
-def _unite(parent, size, one, two):
-    """Join the sets of two runs, and their sizes."""
-    one, two = root(parent, one), root(parent, two)
-    if one != two:
-        parent[max(one, two)] = min(one, two)
-        size[min(one, two)] += size[max(one, two)]
-
-
-@inlined
 def _join_rows(labels, columns, step, runs, above, stop, first, last):
     """Join the runs first .. last of a row with those above, above .. stop, that they touch."""
     begin, end, parent, size = runs
@@ -195,7 +178,8 @@ def _join_rows(labels, columns, step, runs, above, stop, first, last):
         while other < stop and begin[other] < high:
             if _touch(labels, max(low, begin[other]) + columns, min(high, end[other]) + columns,
                       columns, step):
-                _unite(parent, size, run, other)
+                kept, joined = join(parent, run, other)
+                size[kept] += size[joined] if joined != kept else 0
             other += 1
 
 

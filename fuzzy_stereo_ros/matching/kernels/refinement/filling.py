@@ -10,7 +10,7 @@ the fuzzy class of a pixel in its 7 x 7 neighbours.
 """
 from fuzzy_stereo_ros.matching.kernels.addresses import next_byte
 from fuzzy_stereo_ros.matching.kernels.compiled import called, kernel
-from fuzzy_stereo_ros.matching.kernels.possibility.features import copy_row
+from fuzzy_stereo_ros.matching.kernels.rows import copy_row, pad_row
 from fuzzy_stereo_ros.matching.kernels.simd import (
     absolute_difference, add, at_most, bit_or, choose, equal_bits, LANES, less, load, maximum,
     minimum, shift_right, splat_like, store, subtract)
@@ -59,17 +59,9 @@ ALL_EQUAL = 2**32 - 1
 @kernel
 def pad_map(values, columns, padded, first, last):
     """Copy the columns of a map into one with RADIUS pixels around, its border repeated."""
-    rows = padded.shape[0] - 2 * RADIUS
     for row in range(first, last):
-        inside, line = padded[row + RADIUS], values[row]
-        inside[:RADIUS] = line[0]
-        copy_row(line, inside[RADIUS:RADIUS + columns])
-        inside[RADIUS + columns:] = line[columns - 1]
-        for edge in range(RADIUS):
-            if row == 0:
-                copy_row(inside, padded[edge])
-            if row == rows - 1:
-                copy_row(inside, padded[rows + RADIUS + edge])
+        copy_row(values[row], padded[row + RADIUS, RADIUS:RADIUS + columns])
+        pad_row(padded, row, columns, RADIUS)
 
 
 @called

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The disparity range of each tile and the prior of the full search, from the half-size map."""
 from fuzzy_stereo_ros.matching.kernels.compiled import kernel
-from fuzzy_stereo_ros.matching.kernels.possibility.features import copy_row
+from fuzzy_stereo_ros.matching.kernels.rows import copy_row
 from fuzzy_stereo_ros.matching.kernels.scanlines.volume import blocks_of
 from fuzzy_stereo_ros.matching.kernels.simd import LANES
 from fuzzy_stereo_ros.matching.kernels.units import INVALID, STEPS

@@ -8,7 +8,8 @@ Differences are taken in 1 / 32 grey level of 8 bits, so that sums of four fit 1
 from typing import NamedTuple
 
 from fuzzy_stereo_ros.matching.kernels.compiled import called, inlined, kernel
-from fuzzy_stereo_ros.matching.kernels.possibility.features import copy_row, MARGIN, pad_row
+from fuzzy_stereo_ros.matching.kernels.possibility.features import MARGIN
+from fuzzy_stereo_ros.matching.kernels.rows import copy_row, pad_row
 import numpy as np
 
 TILE = 16        # pixels of a side of the tiles that are compared
@@ -247,7 +248,7 @@ def blend(picture, before, shifts, tiles, after, first, last):
                            grey[row, begin:end], before[row - down, begin - right:end - right],
                            weight[begin:end], limit[begin:end])
         for row in range(tile_row * TILE, bottom):
-            pad_row(luminance, row, columns)
+            pad_row(luminance, row, columns, MARGIN)
             copy_row(luminance[row + MARGIN, MARGIN:], after[row])
 
 

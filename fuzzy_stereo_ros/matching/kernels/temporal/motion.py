@@ -2,7 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Estimate how the picture moved as a whole, and move maps with it."""
 from fuzzy_stereo_ros.matching.kernels.compiled import called, kernel
-from fuzzy_stereo_ros.matching.kernels.possibility.features import copy_row, MARGIN
+from fuzzy_stereo_ros.matching.kernels.possibility.features import MARGIN
+from fuzzy_stereo_ros.matching.kernels.rows import copy_row
 from fuzzy_stereo_ros.matching.kernels.temporal.change_detection import TILE
 import numpy as np
 
