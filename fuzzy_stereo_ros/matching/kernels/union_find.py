@@ -15,7 +15,7 @@ def root(parent, member):
 
 @called
 def join(parent, one, two):
-    """Join the sets of two members; return their representatives, the lesser, which stays, first."""
+    """Join the sets of two members; return their representatives; the first, lesser one stays."""
     one, two = root(parent, one), root(parent, two)
     least, largest = min(one, two), max(one, two)
     parent[largest] = least

@@ -238,7 +238,8 @@ class Averaging:
         for tiles in self.tiles:
             add_drifts(tiles.differences, tuple(RULES), tiles.choices, tiles.drifts_then,
                        tiles.drifts)
-            reject_drifting(tuple(RULES), tiles.choices, tiles.ages, tiles.drifts)
+            reject_drifting(tuple(RULES), tiles.choices, tiles.ages, tiles.drifts.copy(),
+                            tiles.drifts)
         ages_of_both(self.ages, labels, self._offset, self.shifts[0], self.tiles[0].choices,
                      self.ages_of_both)
 

@@ -153,7 +153,7 @@ def test_what_tiles_drift_adds_up_and_is_rejected_as_in_the_twin(rows, columns, 
     np.testing.assert_allclose(drifts, expected, rtol=1e-4, atol=1e-2)
     drifting = twins.drifting(RULES, choices, drifts.astype(np.float64))
     left, ages = choices.copy(), np.full(choices.shape, 5, np.float32)
-    reject_drifting(tuple(RULES), left, ages, drifts)
+    reject_drifting(tuple(RULES), left, ages, drifts.copy(), drifts)
     np.testing.assert_array_equal(left, np.where(drifting, -1, choices))
     np.testing.assert_array_equal(ages, np.where(drifting, 1, 5))
     assert not drifts[:, drifting].any()

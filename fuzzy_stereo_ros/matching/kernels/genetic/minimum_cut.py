@@ -61,6 +61,21 @@ def _after(queue, begin):
     return begin + 1 if begin + 1 < queue.size else 0
 
 
+@inlined
+def _fits(capacity, node, other, direction, side):
+    """Return what still fits on the way from the root of a tree: from the other node to a node."""
+    return capacity[other, direction ^ 1] if side == SOURCE else capacity[node, direction]
+
+
+@inlined
+def _cut_off(parent, node, orphans, begin):
+    """Put a node in front of the orphans; return their begin."""
+    parent[node] = ORPHAN
+    begin = begin - 1 if begin > 0 else orphans.size - 1
+    orphans[begin] = node
+    return begin
+
+
 @called
 def _narrowest(network, parent, node, side):
     """Return the least capacity from the root of the source to a node, or from it to the sink."""
@@ -69,10 +84,7 @@ def _narrowest(network, parent, node, side):
     while parent[node] != ROOT:
         direction = np.int64(parent[node])
         above = node + offsets[direction]
-        if side == SOURCE:
-            least = min(least, np.int64(capacity[above, direction ^ 1]))
-        else:
-            least = min(least, np.int64(capacity[node, direction]))
+        least = min(least, np.int64(_fits(capacity, node, above, direction, side)))
         node = above
     return min(least, abs(np.int64(supply[node])))
 
@@ -84,25 +96,13 @@ def _push(network, parent, node, side, flow, orphans, begin):
     while parent[node] != ROOT:
         direction = np.int64(parent[node])
         above = node + offsets[direction]
-        if side == SOURCE:
-            capacity[node, direction] += flow
-            capacity[above, direction ^ 1] -= flow
-            left = capacity[above, direction ^ 1]
-        else:
-            capacity[above, direction ^ 1] += flow
-            capacity[node, direction] -= flow
-            left = capacity[node, direction]
-        if left == 0:
-            parent[node] = ORPHAN
-            begin = begin - 1 if begin > 0 else orphans.size - 1
-            orphans[begin] = node
+        capacity[node, direction] += side * flow
+        capacity[above, direction ^ 1] -= side * flow
+        if _fits(capacity, node, above, direction, side) == 0:
+            begin = _cut_off(parent, node, orphans, begin)
         node = above
     supply[node] -= side * flow
-    if supply[node] == 0:
-        parent[node] = ORPHAN
-        begin = begin - 1 if begin > 0 else orphans.size - 1
-        orphans[begin] = node
-    return begin
+    return begin if supply[node] else _cut_off(parent, node, orphans, begin)
 
 
 @inlined
@@ -143,9 +143,7 @@ def _adopt(network, trees, now, active, end, orphans, begin, stop):
         nearest, chosen = _FAR, ORPHAN
         for direction in range(directions):
             other = node + offsets[direction]
-            left = (capacity[other, direction ^ 1] if side == SOURCE
-                    else capacity[node, direction])
-            if left > 0 and tree[other] == side:
+            if tree[other] == side and _fits(capacity, node, other, direction, side) > 0:
                 far = _distance_to_root(offsets, trees, other, now)
                 if far < nearest:
                     nearest, chosen = far, direction
@@ -157,9 +155,8 @@ def _adopt(network, trees, now, active, end, orphans, begin, stop):
             other = node + offsets[direction]
             if tree[other] != side:
                 continue
-            left = (capacity[other, direction ^ 1] if side == SOURCE
-                    else capacity[node, direction])
-            if left > 0 and not active.waiting[other]:
+            if (not active.waiting[other]
+                    and _fits(capacity, node, other, direction, side) > 0):
                 active.waiting[other] = True
                 end = _append(active.queue, end, other)
             if parent[other] == direction ^ 1:
@@ -219,9 +216,7 @@ def maximum_flow(nodes, network, trees, active, orphans):
         if side != FREE:
             for direction in range(directions):
                 other = node + offsets[direction]
-                left = (capacity[node, direction] if side == SOURCE
-                        else capacity[other, direction ^ 1])
-                if left == 0:
+                if _fits(capacity, other, node, direction ^ 1, side) == 0:
                     continue
                 if tree[other] == FREE:
                     tree[other], parent[other] = side, direction ^ 1

@@ -177,7 +177,7 @@ def most_possible(planes, first, last, best, chromosome):
                     chromosome[row, column] = index
 
 
-@kernel(allocates=True)
+@kernel
 def fill_largest_elsewhere(planes, chromosome, near, first, last, largest):
     """
     Write the possibility of the best match that is farther than `near` from a chromosome's.

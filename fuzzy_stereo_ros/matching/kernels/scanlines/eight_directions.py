@@ -12,9 +12,9 @@ are chosen at once. Sums are uint16: a path costs at most FULL + P2.
 from typing import NamedTuple
 
 from fuzzy_stereo_ros.matching.kernels.compiled import called, kernel
+from fuzzy_stereo_ros.matching.kernels.scanlines.winner_takes_all import best_label, least_sum
 from fuzzy_stereo_ros.matching.kernels.simd import (
-    add, at_most, choose, equal_bits, first_set, LANES, load, lowest, minimum, splat, store,
-    subtract)
+    add, at_most, choose, LANES, load, lowest, minimum, splat, store, subtract)
 import numpy as np
 
 PAD = 8              # elements on both sides of a pixel's labels; a parent's step is less
@@ -155,24 +155,6 @@ def sum_paths(costs, parent, penalties, sums, upwards, begin, first, paths):
 
 
 @called
-def _least(sums, place, labels):
-    smallest = splat(np.uint16(65535))
-    for block in range(0, labels, LANES):
-        smallest = minimum(smallest, load(sums, place + block))
-    return lowest(smallest)
-
-
-@called
-def _first_equal(sums, place, labels, value):
-    wanted = splat(value)
-    for block in range(0, labels, LANES):
-        bits = equal_bits(load(sums, place + block), wanted)
-        if bits != 0:
-            return block + first_set(bits)
-    return 0
-
-
-@called
 def _stretched(offset):
     """Return an offset moved away from whole pixels, to which costs of supports bias it."""
     size = np.float32(0.5) * np.float32(2 * abs(offset))**np.float32(STRETCH)
@@ -198,8 +180,7 @@ def choose_labels(sums, disparities, offered, numbers, chosen, first):
             cell = sums[row - first, column]
             cell[disparities:] = 65535
             place = ((row - first) * columns + column) * padded
-            least = _least(flat, place, padded)
-            best = _first_equal(flat, place, padded, least)
+            best, least = best_label(flat, place, padded // LANES)
             begin = columns - 1 - column
             for block in range(0, padded, LANES):
                 total, known = load(flat, place + block), load(best_sums, begin + block)
@@ -210,7 +191,7 @@ def choose_labels(sums, disparities, offered, numbers, chosen, first):
             low, high = max(best - 1, 0), min(best + 1, disparities - 1)
             before, after = cell[low], cell[high]
             cell[low], cell[best], cell[high] = 65535, 65535, 65535
-            margins[row, column] = _least(flat, place, padded) - least
+            margins[row, column] = least_sum(flat, place, padded // LANES) - least
             cell[low], cell[high] = before, after
             cell[best] = least
             labels[row, column] = best

@@ -39,12 +39,18 @@ def fit_offsets(below, least, above, width, offsets):
 
 
 @inlined
+def least_sum(sums, at, blocks):
+    """Return the least sum of `blocks` blocks of labels from `at` on."""
+    smallest = load(sums, at)
+    for block in range(1, blocks):
+        smallest = minimum(smallest, load(sums, at + LANES * block))
+    return lowest(smallest)
+
+
+@inlined
 def best_label(sums, at, blocks):
     """Return the index of the least sum from `at` on, the first of equals, and that sum."""
-    smallest = splat(np.uint8(255))
-    for block in range(blocks):
-        smallest = minimum(smallest, load(sums, at + LANES * block))
-    least = lowest(smallest)
+    least = least_sum(sums, at, blocks)
     for block in range(blocks):
         bits = equal_bits(load(sums, at + LANES * block), splat(least))
         if bits != 0:

@@ -162,15 +162,16 @@ def add_drifts(differences, rules, choices, drifts_then, drifts):
                                       + coloured * differences[choice, 5, row, column])
 
 
-@kernel(allocates=True)
-def reject_drifting(rules, choices, ages, drifts):
+@kernel
+def reject_drifting(rules, choices, ages, before, drifts):
     """
     Restart the average of tiles that drift, alone or with the tiles around them.
 
-    rules, choices, ages: as in choose_tiles, changed; drifts: see add_drifts, changed
+    rules, choices, ages: as in choose_tiles, changed; drifts: see add_drifts, changed; before: a
+    copy of them
     """
     rules, (rows, columns) = Rules(*rules), choices.shape
-    before, most = drifts.copy(), np.float32(rules.drift**2)
+    most = np.float32(rules.drift**2)
     for row in range(rows):
         for column in range(columns):
             if choices[row, column] < 0:
