@@ -43,8 +43,8 @@ class Picture:
             features.luminance_of_bytes(image, left_shift, self.mirrored, self.luminance,
                                         self.grey, first, last)
             return
-        read = features.luminance_of_mono if image.ndim == 2 else features.luminance_of_colour
-        read(image, shift, left_shift, self.mirrored, self.luminance, self.grey, first, last)
+        features.luminance_of(image, shift, left_shift, self.mirrored, self.luminance, self.grey,
+                              first, last)
 
     def spread(self, narrow, begin, first, last):
         """Copy the rows of a picture, from column `begin` on, and repeat its border around."""

@@ -13,8 +13,7 @@ from typing import NamedTuple
 import cv2
 from fuzzy_stereo_ros.matching.bands import ThreadPool
 from fuzzy_stereo_ros.matching.evolution import evolve, Stopwatch
-from fuzzy_stereo_ros.matching.kernels.genetic.random_numbers import (
-    fill_random_genes, scatter_random_genes)
+from fuzzy_stereo_ros.matching.kernels.genetic.random_numbers import scatter_random_genes
 from fuzzy_stereo_ros.matching.match import Match
 from fuzzy_stereo_ros.matching.over_frames.inheritance import Inheritance
 from fuzzy_stereo_ros.matching.paper import operators
@@ -202,7 +201,7 @@ class PaperMatcher:
             if inherited and slot < heirs:
                 inheritance.inherit(before[slot % len(before)], most_possible, genes)
             elif at_random and not inherited:
-                fill_random_genes(key, config.disparities, genes)
+                scatter_random_genes(key, config.disparities, 1.0, genes)
             else:
                 genes[:] = most_possible
                 if slot and not inherited:

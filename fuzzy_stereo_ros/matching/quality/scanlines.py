@@ -43,7 +43,7 @@ class SurfaceScanlines:
         rows, columns, padded = self._costs_shape = shape
         self._bands = cut_bands(rows)
         self._sums = []     # memory for the sums of bands, not in use now
-        stride = padded + 2 * eight_directions.PAD
+        stride = padded + 2 * eight_directions.BESIDE
         self._paths = [(np.zeros((2, 4, columns, stride), np.uint16),
                         np.zeros((2, 4, columns), np.uint16)) for _ in self._bands]
         self._offered = [np.zeros((2, columns + padded), np.uint16) for _ in self._bands]
@@ -56,7 +56,7 @@ class SurfaceScanlines:
 
         def between(one, other):
             return np.abs(one - other).max(axis=2)
-        self.steps[eight_directions.ACROSS, :, 1:] = between(signed[:, 1:], signed[:, :-1])
+        self.steps[eight_directions.ALONG, :, 1:] = between(signed[:, 1:], signed[:, :-1])
         self.steps[eight_directions.DOWN, 1:] = between(signed[1:], signed[:-1])
         self.steps[eight_directions.DOWN_RIGHT, 1:, 1:] = between(
             signed[1:, 1:], signed[:-1, :-1])

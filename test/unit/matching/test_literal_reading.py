@@ -4,7 +4,7 @@
 from fuzzy_stereo_ros.matching.kernels.genetic.literal_reading import (
     fill_row_fitness, least_possible_level, place_patches)
 from fuzzy_stereo_ros.matching.kernels.genetic.random_numbers import (
-    fill_random_genes, fill_uniform, key_of, scatter_random_genes)
+    fill_uniform, key_of, scatter_random_genes)
 from fuzzy_stereo_ros.matching.paper import operators
 from hypothesis import given, settings, strategies as st
 from hypothesis.extra import numpy as arrays
@@ -64,7 +64,7 @@ def test_uniform_numbers_fill_the_unit_interval_evenly():
 def test_a_random_chromosome_is_that_of_the_twin(shape, disparities):
     genes = np.zeros(shape, np.uint16)
     key = key_of(5, 6)
-    fill_random_genes(key, disparities, genes)
+    scatter_random_genes(key, disparities, 1.0, genes)
     np.testing.assert_array_equal(
         genes, reference.random_genes(int(key), disparities, *shape))
 

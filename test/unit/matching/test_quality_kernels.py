@@ -146,7 +146,7 @@ def check_paths(shape, labels, upwards, steepest):
     small, jump = (np.linspace(high, high / 8, 256).astype(np.uint16) for high in (90, 700))
     sums = random_map(costs.shape, 9, 3, np.uint16)
     before = sums.astype(int) if upwards else 0
-    paths = (np.zeros((2, 4, columns, labels + 2 * eight_directions.PAD), np.uint16),
+    paths = (np.zeros((2, 4, columns, labels + 2 * eight_directions.BESIDE), np.uint16),
              np.zeros((2, 4, columns), np.uint16))
     eight_directions.sum_paths(costs, (parent, steepest), (steps, small, jump), sums, upwards,
                                rows - 1 if upwards else 0, 0, paths)

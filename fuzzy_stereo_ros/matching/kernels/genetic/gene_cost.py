@@ -103,12 +103,11 @@ def exchange_changes(features, scene, small, across, down, first, second, change
                     pairs[index, side] = before - after + (
                         jump_cost(new, its_new, small, jump)
                         - jump_cost(old, its_new, small, jump))
-        if column + 1 < columns:
-            its_old, jump = np.int64(first[row, column + 1]), across[row, column + 1]
-            change += jump_cost(new, its_old, small, jump) - jump_cost(old, its_old, small, jump)
-        if row + 1 < rows:
-            its_old, jump = np.int64(first[row + 1, column]), down[row + 1, column]
-            change += jump_cost(new, its_old, small, jump) - jump_cost(old, its_old, small, jump)
+            if (row + 1 < rows) if side else (column + 1 < columns):
+                place = row + side, column + 1 - side
+                its_old, jump = np.int64(first[place]), down[place] if side else across[place]
+                change += (jump_cost(new, its_old, small, jump)
+                           - jump_cost(old, its_old, small, jump))
         alone[index] = change
 
 

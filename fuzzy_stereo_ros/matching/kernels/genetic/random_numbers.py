@@ -65,26 +65,11 @@ def key_of(*words):
 
 
 @kernel
-def fill_random_genes(key, disparities, chromosome):
-    """
-    Write a chromosome whose cells are independent and uniform from 0 to disparities - 1.
-
-    key: uint64; chromosome: uint16 (R, C), index of a disparity, written
-    """
-    rows, columns = chromosome.shape
-    limit = np.uint64(disparities)
-    for row in range(rows):
-        for column in range(columns):
-            bits = mixed(key, np.uint64(row * columns + column))
-            chromosome[row, column] = below(bits, limit)
-
-
-@kernel
 def scatter_random_genes(key, disparities, share, chromosome):
     """
-    Draw a share of the genes of a chromosome anew, independent and uniform.
+    Draw a share of the genes of a chromosome, independent and uniform from 0 to disparities - 1.
 
-    key: uint64; share: 0 to 1; chromosome: uint16 (R, C), index of a disparity, changed
+    key: uint64; share: 0 to 1, float; chromosome: uint16 (R, C), index of a disparity, changed
     """
     rows, columns = chromosome.shape
     limit = np.uint64(disparities)

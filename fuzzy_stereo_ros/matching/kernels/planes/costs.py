@@ -12,13 +12,14 @@ from typing import NamedTuple
 
 from fuzzy_stereo_ros.matching.kernels.compiled import inlined, kernel
 from fuzzy_stereo_ros.matching.kernels.planes.plane import disparity_at, plane_at
+from fuzzy_stereo_ros.matching.kernels.refinement.dense_map import colours_apart
 from fuzzy_stereo_ros.matching.kernels.union_find import join, root
 import numpy as np
 
 UNIT = 1024          # the cost of an impossible match; all costs are whole numbers
 TRUSTED = 256        # the trust in a match that counts in full
 MOST = 255           # the cost of an impossible match in a volume
-_OUTSIDE = 128       # the least that a match beyond the other image costs in a volume
+_BEYOND = 128        # the least that a match beyond the other image costs in a volume
 
 
 class Volume(NamedTuple):
@@ -71,9 +72,6 @@ def fill_supports(colours, by_colour, by_distance, share, supports, first, last)
     radius = side // 2
     for row in range(first, last):
         for column in range(columns):
-            blue, green, red = (np.int32(colours[row, column, 0]),
-                                np.int32(colours[row, column, 1]),
-                                np.int32(colours[row, column, 2]))
             mass = 0
             for down in range(side):
                 for right in range(side):
@@ -81,9 +79,7 @@ def fill_supports(colours, by_colour, by_distance, share, supports, first, last)
                     x = column + (right - radius) * stride
                     weight = np.uint8(0)
                     if 0 <= y < rows and 0 <= x < columns:
-                        unlike = (abs(blue - np.int32(colours[y, x, 0]))
-                                  + abs(green - np.int32(colours[y, x, 1]))
-                                  + abs(red - np.int32(colours[y, x, 2])))
+                        unlike = colours_apart(colours, row, column, y, x)
                         weight = np.uint8(by_colour[unlike] * by_distance[down]
                                           * by_distance[right] * share[y, x]
                                           + np.float32(0.5))
@@ -101,8 +97,8 @@ def _cost_at(volume, row, column, label, column_step):
         return np.float32(volume[row, place, label])
     inside = label - (place - columns + 1)
     if place < 0 or inside < 0:
-        return np.float32(_OUTSIDE)
-    return max(np.float32(volume[row, columns - 1, inside]), np.float32(_OUTSIDE))
+        return np.float32(_BEYOND)
+    return max(np.float32(volume[row, columns - 1, inside]), np.float32(_BEYOND))
 
 
 @kernel

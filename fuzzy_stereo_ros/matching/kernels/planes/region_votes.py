@@ -23,7 +23,7 @@ AGREE = 1            # px by which both halves of the region may differ from it
 DECISIVE = 4.0       # mean deviations of the plane in 3 x 3 cells from which windows can match it
 LENIENT = -2.5       # deviations by which the map may exceed the plane in cells that accept it
 VISIBLE = 0.3        # least share of visible pixels, of the most that any disparity has
-STEPS, STEEPEST = (2.0, 1.0, 0.5, 0.25), 6.0     # px at the border of a region: climbed, at most
+TILTS, MOST_TILTED = (2.0, 1.0, 0.5, 0.25), 6.0  # px at the border of a region: at a time, in all
 SAMPLES = 8          # wrong disparities that show the evidence of a cell by chance
 GAIN = 0.05          # deviations that a step must gain
 
@@ -208,37 +208,34 @@ def evidence_of_plane(weighted, seen, right, down, plane, found):
 
 
 @inlined
-def _copy(plane, result):
-    """Write a plane."""
-    for place in range(3):
-        result[place] = plane[place]
+def _changed(plane, part, step):
+    """Return a plane, one of whose numbers is changed by a step."""
+    return (plane[0] + (step if part == 0 else 0.0), plane[1] + (step if part == 1 else 0.0),
+            plane[2] + (step if part == 2 else 0.0))
 
 
 @called(allocates=True)
-def climb(weighted, seen, right, down, plane, found):
+def climb(weighted, seen, right, down, disparity, found):
     """
-    Tilt a plane to where it has the most evidence, if it gains much; return its deviations.
+    Tilt a flat plane to where it has the most evidence, if it gains much.
 
-    They count from no evidence; the part of each cell is written.
-
-    plane: float64 (3,), disparity at the centre, and by how much it changes to the border
+    Returns its deviations from no evidence, and the plane: the disparity at the centre, and by how
+    much it changes to the border, right and down. The part of each cell is written.
     """
-    flat, best = plane.copy(), plane.copy()
-    evidence = level = evidence_of_plane(weighted, seen, right, down, plane, found)
-    for step in STEPS:
+    flat = best = disparity, 0.0, 0.0
+    evidence = level = evidence_of_plane(weighted, seen, right, down, flat, found)
+    for step in TILTS:
         better = True
         while better:
             better = False
             for way in range(6):
-                _copy(best, plane)
-                plane[way // 2] += step if way % 2 else -step
-                if max(abs(plane[1]), abs(plane[2])) <= STEEPEST:
+                plane = _changed(best, way // 2, step if way % 2 else -step)
+                if max(abs(plane[1]), abs(plane[2])) <= MOST_TILTED:
                     new = evidence_of_plane(weighted, seen, right, down, plane, found)
                     if new > evidence + GAIN:
-                        _copy(plane, best)
-                        evidence, better = new, True
-    _copy(best if evidence >= level + TILTED else flat, plane)
-    return evidence_of_plane(weighted, seen, right, down, plane, found)
+                        best, evidence, better = plane, new, True
+    best = best if evidence >= level + TILTED else flat
+    return evidence_of_plane(weighted, seen, right, down, best, found), best
 
 
 @called(allocates=True)
@@ -306,11 +303,12 @@ def judge(votes, region, disparities, nearest, power, plane, figures, accepted):
                                              np.zeros(number), np.zeros(number))
     weigh(curves, counts, start, spreads, weighted, seen)
     x, y, wide, high = centres(cells, start, right, down)
-    middle, found = 0.0, np.zeros(3)
+    middle = 0.0
     for band in range(BANDS):
         middle += middles[band] / spreads[band]
-    found[0] = _between(deviations, best)
-    figures[0] = climb(weighted, seen, right, down, found, of_plane) - middle
+    evidence, (level, slope, fall) = climb(weighted, seen, right, down,
+                                           _between(deviations, best), of_plane)
+    figures[0] = evidence - middle
     figures[3] = evidence_of_map(
         cells, places, start, nearest, weighted, seen, of_map) - middle
     if figures[0] < figures[3] + LEAD:
@@ -331,6 +329,6 @@ def judge(votes, region, disparities, nearest, power, plane, figures, accepted):
     spread_around(of_plane, places, start, around)
     for place in range(number):
         accepted[start + place] = around[place] > limit
-    plane[0], plane[1] = found[1] / wide, found[2] / high
-    plane[2] = found[0] - plane[0] * x - plane[1] * y
+    plane[0], plane[1] = slope / wide, fall / high
+    plane[2] = level - plane[0] * x - plane[1] * y
     return True

@@ -38,22 +38,25 @@ def load_colours(typing, array, index):
 
 
 @kernel
-def luminance_of_colour(image, shift, left_shift, mirrored, luminance, grey, first, last):
+def luminance_of(image, shift, left_shift, mirrored, luminance, grey, first, last):
     """
-    Write the luminance B + 2 G + R in 16 bits for the census and in 8 bits for the rest.
+    Write the luminance, of colours B + 2 G + R, in 16 bits for the census and in 8 for the rest.
 
-    image: uint8 or uint16 (R, C, 3); shift: columns to move the image to the right;
-    luminance: uint16 (R + 4, C + 4 + SLACK), (B + 2 G + R) * 2**left_shift, at most 65535,
-    written inside its margin; grey: uint8 (R, C + SLACK), luminance / 256, rounded.
+    image: uint8 or uint16 (R, C, 3), or (R, C); shift: columns to move the image to the right;
+    luminance: uint16 (R + 4, C + 4 + SLACK), times 2**left_shift, at most 65535, written inside
+    its margin; grey: uint8 (R, C + SLACK), luminance / 256, rounded.
     """
     columns = image.shape[1]
     for row in range(first, last):
         for column in range(columns):
             source = min(max(column - shift, 0), columns - 1)
-            value = (np.uint32(image[row, source, 0]) + np.uint32(2) * image[row, source, 1]
-                     + np.uint32(image[row, source, 2]))
-            value = (value << np.uint32(left_shift) if left_shift >= 0
-                     else value >> np.uint32(-left_shift))
+            if image.ndim == 3:
+                value = (np.uint32(image[row, source, 0]) + np.uint32(2) * image[row, source, 1]
+                         + np.uint32(image[row, source, 2]))
+                value = (value << np.uint32(left_shift) if left_shift >= 0
+                         else value >> np.uint32(-left_shift))
+            else:       # never shifted to the right
+                value = np.uint32(image[row, source]) << np.uint32(left_shift)
             target = columns - 1 - column if mirrored else column
             luminance[row + MARGIN, target + MARGIN] = min(value, np.uint32(65535))
             grey[row, target] = min((value + np.uint32(128)) >> np.uint32(8), np.uint32(255))
@@ -81,20 +84,6 @@ def luminance_of_bytes(image, left_shift, mirrored, luminance, grey, first, last
                 column = columns - LANES - column
             store(flat, (row + MARGIN) * luminance_stride + column + MARGIN, value)
             store(grey_flat, row * grey_stride + column, rounded)
-        pad_row(luminance, row, columns, MARGIN)
-
-
-@kernel
-def luminance_of_mono(image, shift, left_shift, mirrored, luminance, grey, first, last):
-    """Write the same of an image of one channel, uint8 or uint16 (R, C)."""
-    columns = image.shape[1]
-    for row in range(first, last):
-        for column in range(columns):
-            source = min(max(column - shift, 0), columns - 1)
-            value = np.uint32(image[row, source]) << np.uint32(left_shift)
-            target = columns - 1 - column if mirrored else column
-            luminance[row + MARGIN, target + MARGIN] = min(value, np.uint32(65535))
-            grey[row, target] = min((value + np.uint32(128)) >> np.uint32(8), np.uint32(255))
         pad_row(luminance, row, columns, MARGIN)
 
 

@@ -7,7 +7,7 @@ Not in the paper, whose maps are whole-pixel.
 """
 from typing import NamedTuple
 
-from fuzzy_stereo_ros.matching.kernels.compiled import called, inlined, kernel
+from fuzzy_stereo_ros.matching.kernels.compiled import inlined, kernel
 import numpy as np
 
 BINS = 4             # of the weighted median, a pixel
@@ -30,13 +30,13 @@ class Neighbours(NamedTuple):
     growth: np.float32       # of the limit: by this share of it a pixel of distance
 
 
-@called
-def _apart(colours, row, column, other_row, other_column):
+@inlined
+def colours_apart(colours, row, column, other_row, other_column):
     """Return the sum over the channels of the differences of two pixels."""
     total = 0
     for channel in range(3):
-        total += abs(np.int64(colours[row, column, channel])
-                     - np.int64(colours[other_row, other_column, channel]))
+        total += abs(np.int32(colours[row, column, channel])
+                     - np.int32(colours[other_row, other_column, channel]))
     return total
 
 
@@ -59,7 +59,7 @@ def weighted_median(disparities, selected, colours, weights, histogram, result, 
             histogram[:] = 0
             for y in range(max(row - radius, 0), min(row + radius + 1, rows)):
                 for x in range(max(column - radius, 0), min(column + radius + 1, columns)):
-                    weight = (by_colour[_apart(colours, row, column, y, x)]
+                    weight = (by_colour[colours_apart(colours, row, column, y, x)]
                               * by_distance[y - row + radius] * by_distance[x - column + radius])
                     place = np.int64(disparities[y, x] * BINS + np.float32(0.5))
                     histogram[place] += weight
@@ -84,8 +84,6 @@ def sums_around(disparities, colours, row, column, neighbours):
     radius, by_colour, limit, growth = neighbours
     rows, columns = disparities.shape
     centre = disparities[row, column]
-    blue, green, red = (np.int32(colours[row, column, 0]), np.int32(colours[row, column, 1]),
-                        np.int32(colours[row, column, 2]))
     s = sx = sy = sxx = sxy = syy = sd = sxd = syd = np.float32(0)
     for y in range(max(row - radius, 0), min(row + radius + 1, rows)):
         for x in range(max(column - radius, 0), min(column + radius + 1, columns)):
@@ -94,9 +92,7 @@ def sums_around(disparities, colours, row, column, neighbours):
             distance = max(abs(across), abs(along))
             if abs(difference) > limit * (np.float32(1) + growth * distance):
                 continue
-            weight = by_colour[abs(blue - np.int32(colours[y, x, 0]))
-                               + abs(green - np.int32(colours[y, x, 1]))
-                               + abs(red - np.int32(colours[y, x, 2]))]
+            weight = by_colour[colours_apart(colours, row, column, y, x)]
             s += weight
             sx += weight * across
             sy += weight * along

@@ -17,10 +17,10 @@ from fuzzy_stereo_ros.matching.kernels.simd import (
     add, at_most, choose, LANES, load, lowest, minimum, splat, store, subtract)
 import numpy as np
 
-PAD = 8              # elements on both sides of a pixel's labels; a parent's step is less
+BESIDE = 8              # elements on both sides of a pixel's labels; a parent's step is less
 FAR = 30000          # costs more than any path
 STRETCH = 0.8        # power of twice an offset; below 1 it grows
-ACROSS, DOWN_RIGHT, DOWN, DOWN_LEFT = range(4)     # planes of grey steps
+ALONG, DOWN_RIGHT, DOWN, DOWN_LEFT = range(4)     # planes of grey steps
 _RIGHTWARDS = 1, 1, 0, -1     # columns that a path steps on the way down, by plane
 
 
@@ -42,7 +42,7 @@ class StepPenalties(NamedTuple):
 class Paths(NamedTuple):
     """Memory of the four paths to the pixels of an even and of an odd row."""
 
-    costs: np.ndarray    # uint16 (2, 4, C, labels + 2 * PAD)
+    costs: np.ndarray    # uint16 (2, 4, C, labels + 2 * BESIDE)
     least: np.ndarray    # uint16 (2, 4, C), of each path's costs
 
 
@@ -91,7 +91,7 @@ def _row_of_paths(costs, parent, penalties, row, other, begins, upwards, paths):
     """Continue all four paths by a row; other: the row before, in the direction of the pass."""
     steps, small, jump = penalties
     columns, labels = costs.shape[1:]
-    flat, flat_paths, stride = costs.reshape(-1), paths.costs.reshape(-1), labels + 2 * PAD
+    flat, flat_paths, stride = costs.reshape(-1), paths.costs.reshape(-1), labels + 2 * BESIDE
     least = paths.least
     here, there = row & 1, other & 1
     for number in range(columns):
@@ -99,8 +99,8 @@ def _row_of_paths(costs, parent, penalties, row, other, begins, upwards, paths):
         cell, surface = (row * columns + column) * labels, np.int64(parent.labels[row, column])
         for plane in range(4):
             near = column + _RIGHTWARDS[plane] if upwards else column - _RIGHTWARDS[plane]
-            place = ((here * 4 + plane) * columns + column) * stride + PAD
-            sideways = plane == ACROSS
+            place = ((here * 4 + plane) * columns + column) * stride + BESIDE
+            sideways = plane == ALONG
             if near < 0 or near >= columns or begins and not sideways:
                 least[here, plane, column] = _begin(flat, cell, labels, flat_paths, place)
                 continue
@@ -109,7 +109,7 @@ def _row_of_paths(costs, parent, penalties, row, other, begins, upwards, paths):
             shift = surface - np.int64(parent.labels[source, near])
             if abs(shift) > parent.steepest:
                 shift = 0
-            path = ((parity * 4 + plane) * columns + near) * stride + PAD - shift
+            path = ((parity * 4 + plane) * columns + near) * stride + BESIDE - shift
             least[here, plane, column] = _step(
                 flat, cell, labels, path, least[parity, plane, near], (small[step], jump[step]),
                 flat_paths, place)
@@ -118,10 +118,10 @@ def _row_of_paths(costs, parent, penalties, row, other, begins, upwards, paths):
 @called
 def _add_paths(paths, parity, columns, labels, sums, place):
     """Add the four paths of a row to sums from an index on."""
-    flat, stride = paths.reshape(-1), labels + 2 * PAD
+    flat, stride = paths.reshape(-1), labels + 2 * BESIDE
     plane = columns * stride
     for column in range(columns):
-        path = (parity * 4 * columns + column) * stride + PAD
+        path = (parity * 4 * columns + column) * stride + BESIDE
         for block in range(0, labels, LANES):
             total = add(add(load(flat, path + block), load(flat, path + plane + block)),
                         add(load(flat, path + 2 * plane + block),

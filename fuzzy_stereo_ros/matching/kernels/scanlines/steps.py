@@ -8,7 +8,7 @@ L(p, d) = C(p, d) + min(L(q, d), L(q, d - 1) + P1, L(q, d + 1) + P1, min L(q) + 
 in saturating uint8, q being the pixel before p. Four passes are summed: right, left, down, up.
 Paths are kept with their least cost, min L(q), already taken off.
 """
-from fuzzy_stereo_ros.matching.kernels.compiled import inlined, kernel
+from fuzzy_stereo_ros.matching.kernels.compiled import inlined
 from fuzzy_stereo_ros.matching.kernels.simd import (
     doubled, label_above, label_below, LANES, load, lowest, minimum, saturating_add, splat,
     splat_like, store, subtract)
@@ -72,7 +72,7 @@ def step(path, blocks, jump, penalty, costs, sums, begins):
         store(path, offset, subtract(load(path, offset), floor))
 
 
-@kernel
+@inlined
 def copy(paths, target, size):
     """Copy paths from address to address, `size` bytes rounded up to whole vectors."""
     for at in range(0, size, LANES):

@@ -11,7 +11,7 @@ calls them keeps the arrays alive.
 from typing import NamedTuple
 
 from fuzzy_stereo_ros.matching.kernels.addresses import load_long
-from fuzzy_stereo_ros.matching.kernels.compiled import inlined, kernel
+from fuzzy_stereo_ros.matching.kernels.compiled import called, inlined, kernel
 from fuzzy_stereo_ros.matching.kernels.simd import LANES
 import numpy as np
 
@@ -111,7 +111,7 @@ class Scratch(NamedTuple):
     offers: int              # uint16: what the target's pixels are offered
 
 
-@kernel
+@called
 def blocks_of(labels):
     """Return how many blocks a window of so many labels has: four are faster than three."""
     blocks = (labels + LANES - 1) // LANES

@@ -17,7 +17,7 @@ import numpy as np
 FAINTER, STRONGER = 0.4, 1.5    # contrast of texture that moved, as a factor of its differences
 CUT = 8.0           # grey levels that contrast reaches at least in strong texture: slopes are cut
 LEAST = 3 * TILE**2 // (4 * BLOCK)     # pixels compared; noise of fewer may correlate by chance
-DROPPED_BITS = 5    # low bits of luminance that are dropped, so that sums of products fit
+LOW_BITS = 5        # of luminance that are dropped, so that sums of products fit
 
 
 class ComparedTiles(NamedTuple):
@@ -76,10 +76,10 @@ def changes_alike(views, before, labels, offset, compared, alike, first, last):
                              + np.int64(labels[row - down, source]))
                     if low <= there < high:
                         one = (np.int64(left[row + MARGIN, column + MARGIN])
-                               - np.int64(left_before[row - down, source])) >> DROPPED_BITS
+                               - np.int64(left_before[row - down, source])) >> LOW_BITS
                         other = (np.int64(right[row + MARGIN, there + MARGIN])
                                  - np.int64(right_before[row - down, there + across])
-                                 ) >> DROPPED_BITS
+                                 ) >> LOW_BITS
                         number += 1
                         products += one * other
                         squares += one * one
