@@ -8,7 +8,7 @@ by value or by rank; numba needs seconds to compile NumPy's functions for that.
 """
 from fuzzy_stereo_ros.matching.kernels.compiled import called, inlined
 from fuzzy_stereo_ros.matching.kernels.simd import (
-    bits_at, broadcast, equal_bits, first_set, LANES, load, place_of, splat)
+    broadcast, equal_bits, first_set, LANES, load, splat)
 from numba import types
 from numba.extending import intrinsic
 import numpy as np
@@ -19,26 +19,6 @@ def address_of(array):
     if not array.flags.c_contiguous:
         raise ValueError(f'an array {array.shape} of strides {array.strides} is not contiguous')
     return array.__array_interface__['data'][0]     # in half the time of array.ctypes.data
-
-
-@intrinsic
-def load_byte(typing, array, index):
-    """Return one element of a flat array, or a byte at an address."""
-    kind = types.uint8 if isinstance(array, types.Integer) else array.dtype
-    return kind(array, types.intp), lambda context, builder, _, arguments: builder.load(
-        place_of(context, builder, array, *arguments, context.get_value_type(kind)))
-
-
-@intrinsic
-def store_byte(typing, array, index, number):
-    """Write one element of a flat array, or a byte at an address, cut to its bits."""
-    kind = types.Integer.from_bitwidth(bits_at(array), signed=False)
-
-    def generate(context, builder, signature, arguments):
-        builder.store(arguments[2], place_of(
-            context, builder, array, *arguments[:2], context.get_value_type(kind)))
-        return context.get_dummy_value()
-    return types.void(array, types.intp, kind), generate
 
 
 def _element(context, builder, kind, address, index):
@@ -68,9 +48,10 @@ def _writing(kind):
 
 
 # (address, index) -> the number there; (address, index, number) writes it
-load_short, load_word, load_long = (_reading(kind) for kind in (
-    types.uint16, types.int32, types.int64))
-store_short, store_word = _writing(types.uint16), _writing(types.uint32)
+load_byte, load_short, load_word, load_long = (_reading(kind) for kind in (
+    types.uint8, types.uint16, types.int32, types.int64))
+store_byte, store_short, store_word = (_writing(kind) for kind in (
+    types.uint8, types.uint16, types.uint32))
 
 
 @intrinsic

@@ -80,11 +80,6 @@ def place_of(context, builder, memory_type, memory, index, kind):
     return builder.bitcast(builder.gep(data, [index]), kind.as_pointer())
 
 
-def bits_at(memory):
-    """Return the bits of an element of a flat array, or 8 for those at an address."""
-    return 8 if isinstance(memory, types.Integer) else memory.dtype.bitwidth
-
-
 def read(context, builder, memory_type, place, kind):
     """Return the vector of a type of LLVM at a place: a memory, and the index of its element."""
     value = builder.load(place_of(context, builder, memory_type, *place, kind))
@@ -101,7 +96,7 @@ def write(context, builder, memory_type, place, vector):
 @intrinsic
 def load(typing, array, index):
     """Return the LANES elements of a flat array, or bytes at an address, from `index` on."""
-    bits = bits_at(array)
+    bits = 8 if isinstance(array, types.Integer) else array.dtype.bitwidth
     return VECTOR[bits](array, types.intp), lambda context, builder, _, place: read(
         context, builder, array, place, lanes_in_llvm(bits))
 

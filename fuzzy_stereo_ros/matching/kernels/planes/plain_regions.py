@@ -22,6 +22,7 @@ PAD = 4              # columns around a picture, as far as the widest mean reach
 BANDS = 2            # of texture: 1 to 2 px and 2 to 4 px
 LARGEST = 11         # value of a quantised band: the sums of a cell stay below 2**15
 ROWS, COLUMNS = 8, 16    # rows (of the picture: every other one) and columns of a cell
+HALF = COLUMNS // 2      # half-size columns of a cell
 COUNTED = 4          # every COUNTED-th row is counted
 PLAIN = 2**16 - 1    # value of a set pixel in a mask at full width
 REACH = 3            # rows that the means of a row reach over, above and below
@@ -230,7 +231,7 @@ def number_cells(regions, places, starts):
     for row in range(len(row_runs)):
         for run in range(row_runs[row, 0], row_runs[row, 1]):
             if region[run] >= 0:
-                for cell in range(2 * begin[run] // COLUMNS, (2 * end[run] - 1) // COLUMNS + 1):
+                for cell in range(begin[run] // HALF, (end[run] - 1) // HALF + 1):
                     places[region[run], row // ROWS, cell] = 0
     number = 0
     for mine in range(places.shape[0]):
@@ -266,8 +267,8 @@ def vote(left, target, regions, places, half_labels, votes, first, last):
                 continue
             half = np.int64(begin[run])
             while half < end[run]:
-                stop = min(np.int64(end[run]), (half // (COLUMNS // 2) + 1) * (COLUMNS // 2))
-                place = np.int64(places[region[run], row // ROWS, half // (COLUMNS // 2)])
+                stop = min(np.int64(end[run]), (half // HALF + 1) * HALF)
+                place = np.int64(places[region[run], row // ROWS, half // HALF])
                 cell = cells[place]
                 for pixel in range(half, stop):
                     cell[0] += 1
@@ -318,8 +319,8 @@ def write_planes(regions, cells, planes, half_map, full_map, weights, weight, fi
             slope, fall, offset = planes[region[run]]
             half = np.int64(begin[run])
             while half < end[run]:
-                stop = min(np.int64(end[run]), (half // (COLUMNS // 2) + 1) * (COLUMNS // 2))
-                if accepted[places[region[run], row // ROWS, half // (COLUMNS // 2)]]:
+                stop = min(np.int64(end[run]), (half // HALF + 1) * HALF)
+                if accepted[places[region[run], row // ROWS, half // HALF]]:
                     step = np.int64(slope * 2**15)      # a full pixel, in 1 / 2**16
                     for lower in range(2):
                         label = np.int64(2**16 * (
