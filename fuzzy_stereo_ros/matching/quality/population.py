@@ -48,7 +48,7 @@ class EvolvingView:
     def set_planes(self, planes):
         """Take a plane map, and measure it."""
         self.planes, self.match_costs = planes, self.fitness.match_costs(self.pool, planes)
-        self._costs = self.fitness.trusted_costs(self.pool, self.match_costs)
+        self._costs = self.fitness.trusted_costs(self.match_costs)
 
     def fitness_of(self, planes=None):
         """Return the fitness of a plane map, None = its own: 1 where nothing costs."""
@@ -56,8 +56,7 @@ class EvolvingView:
         if planes is None:
             planes = self.planes
         else:
-            costs = self.fitness.trusted_costs(
-                self.pool, self.fitness.match_costs(self.pool, planes))
+            costs = self.fitness.trusted_costs(self.fitness.match_costs(self.pool, planes))
         return 1 - self.fitness.total(self.pool, planes, costs) / self.fitness.largest
 
     @property
@@ -79,7 +78,7 @@ class EvolvingView:
         evidence.reject(
             regions.labels, (self.disparities, self.match_costs),
             (fitness.disparities(pool, planes), match_costs), fitness.trusted, selected)
-        parents = (self.planes, self._costs), (planes, fitness.trusted_costs(pool, match_costs))
+        parents = (self.planes, self._costs), (planes, fitness.trusted_costs(match_costs))
         fitness.fill(exchange, *parents, selected)
         crossover(exchange, random)
         taken = exchange.cells[exchange.taken]
@@ -90,7 +89,7 @@ class EvolvingView:
         """Trust matches where the views agree, bool (R, C), and measure the map anew."""
         self.fitness.trust_consistent(consistent)
         if self.planes is not None:
-            self._costs = self.fitness.trusted_costs(self.pool, self.match_costs)
+            self._costs = self.fitness.trusted_costs(self.match_costs)
 
 
 class Population:

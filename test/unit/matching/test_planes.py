@@ -146,7 +146,7 @@ def test_an_exchange_has_the_exact_change_of_any_choice_of_cells(seed):
     fitness.trust_consistent(draw.random((ROWS, COLUMNS)) < 0.7)
     first, second = random_planes(draw), random_planes(draw)
     selected = draw.random((ROWS, COLUMNS)) < 0.6
-    priced = [(planes, fitness.trusted_costs(POOL, fitness.match_costs(POOL, planes)))
+    priced = [(planes, fitness.trusted_costs(fitness.match_costs(POOL, planes)))
               for planes in (first, second)]
     exchange = Exchange(ROWS, COLUMNS, 4)
     fitness.fill(exchange, *priced, selected)

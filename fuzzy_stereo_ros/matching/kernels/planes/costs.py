@@ -259,24 +259,6 @@ def take_planes(first, second, cells, taken):
                 first_planes[row, part, column] = second_planes[row, part, column]
 
 
-@kernel
-def trusted_costs(raw, trusted, little, costs, first, last):
-    """
-    Write costs times the trust in them, int (R, C).
-
-    trusted: bool (R, C), those that count in full; little: the trust in others, of TRUSTED
-    """
-    for row in range(first, last):
-        for column in range(raw.shape[1]):
-            costs[row, column] = trusted_cost(raw[row, column], trusted[row, column], little)
-
-
-@inlined
-def trusted_cost(cost, trusted, little):
-    """Return a cost times the trust in it, see trusted_costs."""
-    return cost if trusted else cost * little // TRUSTED
-
-
 class Demands(NamedTuple):
     """When a region that moves needs evidence, and how much."""
 

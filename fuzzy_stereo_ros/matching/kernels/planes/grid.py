@@ -12,7 +12,7 @@ it uses vectors.
 from typing import NamedTuple
 
 from fuzzy_stereo_ros.matching.kernels.compiled import called, kernel
-from fuzzy_stereo_ros.matching.kernels.planes.costs import trusted_cost, UNIT
+from fuzzy_stereo_ros.matching.kernels.planes.costs import TRUSTED, UNIT
 from fuzzy_stereo_ros.matching.kernels.planes.plane import (
     disparity_at, plane_at, write_disparities)
 from fuzzy_stereo_ros.matching.kernels.possibility.costs import Features, match_cost
@@ -213,8 +213,8 @@ def grid_costs(features, largest, target_range, origin, trust, selected, parent,
 
     features: the fields of Features; largest: cost of the least possible match; target_range:
     first and last column of the target that exist, beyond which half is paid; origin: of the
-    Genes; trust: as trusted_costs takes it, trusted and little; selected: bool (r, c); parent:
-    planes, float32 (r, 3, c), and costs, int32 (r, c), written
+    Genes; trust: bool (r, c), what counts in full, and the trust in others, of TRUSTED; selected:
+    bool (r, c); parent: planes, float32 (r, 3, c), and costs, int32 (r, c), written
     """
     features, (trusted, little), (planes, costs) = Features(*features), trust, parent
     down, right = np.int64(origin[0]), np.int64(origin[1])
@@ -235,7 +235,7 @@ def grid_costs(features, largest, target_range, origin, trust, selected, parent,
                     high = np.float32(match_cost(features, y, x, beyond))
                     between = low + (disparity - np.float32(label)) * (high - low)
                     cost = np.int64(between * scale + np.float32(0.5))
-            costs[row, column] = trusted_cost(cost, trusted[row, column], little)
+            costs[row, column] = cost if trusted[row, column] else cost * little // TRUSTED
 
 
 @kernel
