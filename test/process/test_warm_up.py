@@ -49,8 +49,8 @@ print(*sorted(name for name, kinds in compiled() - before))
 """
 
 
-# Compiled by the warm-up itself: a dry run of quality ends before its second frame; in that of
-# paper pictures never change and chromosomes never differ.
+# May be compiled by the warm-up itself: a dry run of quality ends before its second frame; in that
+# of paper chromosomes never differ, and whether pictures change depends on random numbers.
 MISSED = {'realtime': set(), 'quality': {'origins_of_tiles'},
           'paper_live': {'most_possible', 'origins_of_tiles', 'take_genes'}}
 
@@ -64,7 +64,7 @@ def test_no_kernel_is_left_to_the_frames_of_a_camera_that_moves(profile):
                               capture_output=True, check=True)
         found[how] = done.stdout.split()
     assert found['warm-up'] == []
-    assert set(found['dry run']) == MISSED[profile]
+    assert set(found['dry run']) <= MISSED[profile]
     if profile == 'realtime':
         assert {'move_map', 'propose_planes', 'select_stale'} <= set(found['cold'])
 
