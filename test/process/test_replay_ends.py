@@ -27,9 +27,14 @@ from replayed import figures, INTERRUPTED, matches, rejection, replay, RESTRICTE
 
 
 @pytest.fixture
-def interrupt(monkeypatch):
-    """Return a function: the next replay gets SIGINT after so many pairs."""
-    def after(pairs, number=signal.SIGINT):
+def bag(folder):
+    write_bag(folder / 'bag')
+
+
+@pytest.fixture
+def interrupted(monkeypatch):
+    """Return a function that runs a replay which gets a signal after so many pairs."""
+    def interrupted(pairs, number=signal.SIGINT, code=INTERRUPTED, **options):
         steps = []
 
         def step(bar):
@@ -37,9 +42,11 @@ def interrupt(monkeypatch):
             if len(steps) == pairs:
                 os.kill(os.getpid(), number)
 
-        monkeypatch.setattr(ProgressBar, 'step', step)
+        with monkeypatch.context() as patch:
+            patch.setattr(ProgressBar, 'step', step)
+            assert replay('bag', **options) == code
 
-    return after
+    return interrupted
 
 
 def chatter(bag, number, log_time):
@@ -63,17 +70,15 @@ def chain(pairs, first):
 @pytest.mark.parametrize(('storage', 'number', 'code'), [
     ('mcap', signal.SIGINT, INTERRUPTED), ('sqlite3', signal.SIGTERM, TERMINATED)])
 def test_an_interrupted_replay_is_a_bag_and_continues_to_the_same_bits(
-        folder, capsys, interrupt, storage, number, code):
+        folder, capsys, interrupted, storage, number, code):
     write_bag(folder / 'bag', pairs=scene(8), more=chatter)
     options = ['--format', storage, '--keep', '/chatter', '--with', 'confidence']
     assert replay('bag', output='whole', options=options) == 0
-    interrupt(5, number)
-    assert replay('bag', options=options) == code
+    interrupted(5, number, code, options=options)
     assert 'interrupted: out holds 5 pairs, up to 0.140 s into the bag; --resume continues' in \
         capsys.readouterr().err
     whole = disparities(folder / 'whole')
     assert equal(disparities(folder / 'out'), {stamp: whole[stamp] for stamp in stamps(5)})
-    interrupt(None)
     found = figures(capsys, 'bag', options=[*options, '--resume'])
     assert (found['pairs']['matched'], found['pairs']['matched_again']) == (3, 5)
     assert equal(disparities(folder / 'out'), whole)
@@ -83,12 +88,10 @@ def test_an_interrupted_replay_is_a_bag_and_continues_to_the_same_bits(
     assert written == expected
 
 
-def test_a_resumed_replay_is_warm_from_a_few_pairs_before(folder, capsys, interrupt):
+def test_a_resumed_replay_is_warm_from_a_few_pairs_before(folder, capsys, interrupted):
     pairs = scene(WARM_PAIRS + 8)
     write_bag(folder / 'bag', pairs=pairs)
-    interrupt(WARM_PAIRS + 4)
-    assert replay('bag') == INTERRUPTED
-    interrupt(None)
+    interrupted(WARM_PAIRS + 4)
     assert replay('bag', options=['--resume']) == 0
     assert f'4 pairs matched, {WARM_PAIRS} matched again to warm up' in \
         capsys.readouterr().out
@@ -107,7 +110,7 @@ def looped(number, messages):
 
 @pytest.mark.parametrize('in_segments', [False, True])
 def test_a_looped_recording_goes_on_in_the_round_it_was_interrupted_in(
-        folder, capsys, interrupt, in_segments):
+        folder, capsys, interrupted, in_segments):
     pairs = [pair for seed in range(3) for pair in make_sequence(
         ROWS, COLUMNS, DISPARITIES, 20, seed=seed, noise=6.0)]
     write_bag(folder / 'bag', pairs=pairs, change=looped)
@@ -115,9 +118,7 @@ def test_a_looped_recording_goes_on_in_the_round_it_was_interrupted_in(
     forms = [], ['--format', 'none']
     for number, form in enumerate(forms):
         assert replay('bag', output=f'whole{number}', options=[*options, *form]) == 0
-        interrupt(45)
-        assert replay('bag', output=f'out{number}', options=[*options, *form]) == INTERRUPTED
-        interrupt(None)
+        interrupted(45, output=f'out{number}', options=[*options, *form])
         foreign = folder / f'out{number}' / 'disparity' / 'mine.npy'
         foreign.write_text("not a replay's")
         found = figures(capsys, 'bag', output=f'out{number}', options=[
@@ -136,23 +137,18 @@ def test_a_looped_recording_goes_on_in_the_round_it_was_interrupted_in(
 
 
 @pytest.mark.parametrize('content', ['{', '{}', '[1]', '[["a", 1]]', '[[1, 2, 3]]'])
-def test_a_damaged_progress_of_files_is_rejected(folder, capsys, interrupt, content):
-    write_bag(folder / 'bag')
+def test_a_damaged_progress_of_files_is_rejected(folder, bag, capsys, interrupted, content):
     options = ['--files', 'npy', '--format', 'none']
-    interrupt(3)
-    assert replay('bag', options=options) == INTERRUPTED
+    interrupted(3, options=options)
     (folder / 'out' / 'progress.json').write_text(content)
     assert 'progress.json is damaged' in rejection(capsys, 'bag', options=[*options, '--resume'])
 
 
-def test_no_link_that_was_put_into_an_output_is_followed(folder, capsys, interrupt):
-    write_bag(folder / 'bag')
+def test_no_link_that_was_put_into_an_output_is_followed(folder, bag, capsys, interrupted):
     (folder / 'elsewhere').mkdir()
     (folder / 'elsewhere' / 'letter.txt').write_text('dear')
     for options, name in (['--files', 'npy'], 'disparity'), ([], UNFINISHED):
-        interrupt(3)
-        assert replay('bag', options=[*options, '--overwrite']) == INTERRUPTED
-        interrupt(None)
+        interrupted(3, options=[*options, '--overwrite'])
         place = folder / 'out' / name
         if place.exists():
             place.rename(folder / 'before')
@@ -167,8 +163,7 @@ def test_no_link_that_was_put_into_an_output_is_followed(folder, capsys, interru
     assert [path.name for path in (folder / 'elsewhere').iterdir()] == ['letter.txt']
 
 
-def test_a_complete_replay_that_is_resumed_has_nothing_to_do(folder, capsys):
-    write_bag(folder / 'bag')
+def test_a_complete_replay_that_is_resumed_has_nothing_to_do(folder, bag, capsys):
     assert replay('bag') == 0
     before = [(path.name, path.stat().st_mtime_ns) for path in (folder / 'out').glob('*.mcap')]
     assert figures(capsys, 'bag', options=['--resume'])['pairs']['matched'] == 0
@@ -176,8 +171,7 @@ def test_a_complete_replay_that_is_resumed_has_nothing_to_do(folder, capsys):
             for path in (folder / 'out').glob('*.mcap')] == before
 
 
-def test_an_interruption_before_the_first_pair_leaves_nothing(folder, capsys, monkeypatch):
-    write_bag(folder / 'bag')
+def test_an_interruption_before_the_first_pair_leaves_nothing(folder, bag, capsys, monkeypatch):
 
     @contextmanager
     def interrupted():
@@ -191,16 +185,14 @@ def test_an_interruption_before_the_first_pair_leaves_nothing(folder, capsys, mo
     assert {path.name for path in folder.iterdir()} == {'bag'}
 
 
-def test_an_interruption_while_kernels_are_compiled_ends_at_once(folder, monkeypatch):
-    write_bag(folder / 'bag')
+def test_an_interruption_while_kernels_are_compiled_ends_at_once(folder, bag, monkeypatch):
     monkeypatch.setattr(StereoMatcher, 'warm_up',
                         lambda *arguments: os.kill(os.getpid(), signal.SIGINT))
     assert replay('bag') == INTERRUPTED
     assert {path.name for path in folder.iterdir()} == {'bag'}
 
 
-def test_a_second_interruption_ends_at_once_and_leaves_a_bag(folder, capsys, monkeypatch):
-    write_bag(folder / 'bag')
+def test_a_second_interruption_ends_at_once_and_leaves_a_bag(folder, bag, capsys, monkeypatch):
 
     def step(bar):
         for _ in range(2):
@@ -211,8 +203,7 @@ def test_a_second_interruption_ends_at_once_and_leaves_a_bag(folder, capsys, mon
     assert list(disparities(folder / 'out')) == stamps(1)
 
 
-def test_interruptions_while_the_last_pair_is_written_leave_a_bag(folder, monkeypatch):
-    write_bag(folder / 'bag')
+def test_interruptions_while_the_last_pair_is_written_leave_a_bag(folder, bag, monkeypatch):
     add, added = BagSink.add, []
 
     def interrupting(sink, matched, log_time):
@@ -265,10 +256,9 @@ def test_of_a_recording_that_was_cut_off_all_pairs_before_that_are_matched(
 
 
 @pytest.mark.parametrize('storage', ['mcap', 'sqlite3'])
-def test_a_damaged_output_is_not_continued(folder, capsys, interrupt, storage):
+def test_a_damaged_output_is_not_continued(folder, capsys, interrupted, storage):
     write_bag(folder / 'bag', pairs=scene(20))
-    interrupt(15)
-    assert replay('bag', options=['--format', storage]) == INTERRUPTED
+    interrupted(15, options=['--format', storage])
     file, = (folder / 'out').glob('out_0.*')
     whole = file.read_bytes()
     file.write_bytes(whole[:len(whole) * 3 // 4])
@@ -329,8 +319,7 @@ def test_a_full_disk_is_reported_and_the_replay_continues_later(
     assert len(content(folder / 'out', '/preview')) == 30
 
 
-def test_a_replay_that_was_killed_early_continues(folder):
-    write_bag(folder / 'bag')
+def test_a_replay_that_was_killed_early_continues(folder, bag):
     assert run(KILLED, 3, 'bag').returncode == -signal.SIGKILL
     assert replay('bag', options=['--resume']) == 0
     assert list(disparities(folder / 'out')) == stamps(6)
@@ -352,8 +341,7 @@ def test_a_killed_replay_continues_after_its_last_complete_part(folder, capsys):
     assert [message.data for name, _, message in written if name == '/chatter'] == list(range(60))
 
 
-def test_a_disk_that_is_full_for_files_ends_it_with_a_sentence(folder, capsys):
-    write_bag(folder / 'bag')
+def test_a_disk_that_is_full_for_files_ends_it_with_a_sentence(folder, bag, capsys):
     ended = run(RESTRICTED, 10_000, 'bag', '--files', 'npy', '--format', 'none')
     assert ended.returncode == 2
     *before, last = ended.stderr.splitlines()
@@ -364,13 +352,13 @@ def test_a_disk_that_is_full_for_files_ends_it_with_a_sentence(folder, capsys):
 
 @pytest.mark.parametrize(('options', 'suffix'), [
     (['npy'], 'npy'), (['npy', 'pfm', '--format', 'none'], 'pfm')])
-def test_a_pair_that_lacks_a_file_is_matched_again(folder, capsys, monkeypatch, options, suffix):
+def test_a_pair_that_lacks_a_file_is_matched_again(
+        folder, bag, capsys, monkeypatch, options, suffix):
     def without_room(path, disparity):
         if path.suffix == f'.{suffix}' and path.stem == f'{stamps()[3]:019d}':
             raise OSError(errno.ENOSPC, 'No space left on device')
         write_disparity(path, disparity)
 
-    write_bag(folder / 'bag')
     monkeypatch.setattr(replay_sinks, 'write_disparity', without_room)
     assert 'No space left on device' in rejection(capsys, 'bag', options=['--files', *options])
     monkeypatch.undo()
@@ -380,11 +368,8 @@ def test_a_pair_that_lacks_a_file_is_matched_again(folder, capsys, monkeypatch, 
         f'{stamp:019d}' for stamp in stamps()]
 
 
-def test_options_that_differ_from_those_of_before_are_rejected(folder, capsys, interrupt):
-    write_bag(folder / 'bag')
-    interrupt(3)
-    assert replay('bag') == INTERRUPTED
-    interrupt(None)
+def test_options_that_differ_from_those_of_before_are_rejected(folder, bag, capsys, interrupted):
+    interrupted(3)
     record = json.loads((folder / 'out' / 'replay.json').read_text())
     assert (record['bags'], record['left']) == (['bag'], TOPICS[0])
     sentence = rejection(capsys, 'bag', disparities=20, options=[
@@ -394,11 +379,8 @@ def test_options_that_differ_from_those_of_before_are_rejected(folder, capsys, i
     assert figures(capsys, 'bag', options=['--resume', '--threads', 1])['pairs']['matched'] == 3
 
 
-def test_a_bag_in_which_the_last_pairs_are_missing_is_rejected(folder, capsys, interrupt):
-    write_bag(folder / 'bag')
-    interrupt(3)
-    assert replay('bag') == INTERRUPTED
-    interrupt(None)
+def test_a_bag_in_which_the_last_pairs_are_missing_is_rejected(folder, bag, capsys, interrupted):
+    interrupted(3)
     (folder / 'other').mkdir()
     write_bag(folder / 'other' / 'bag', first=20)
     assert rejection(capsys, 'other/bag', options=['--resume']) == (
@@ -406,8 +388,7 @@ def test_a_bag_in_which_the_last_pairs_are_missing_is_rejected(folder, capsys, i
     assert list(disparities(folder / 'out')) == stamps(3)
 
 
-def test_an_output_is_replaced_only_where_it_is_one_and_that_is_asked_for(folder, capsys):
-    write_bag(folder / 'bag')
+def test_an_output_is_replaced_only_where_it_is_one_and_that_is_asked_for(folder, bag, capsys):
     write_bag(folder / 'short', pairs=scene(2))
     assert replay('bag') == 0
     assert rejection(capsys, 'short') == (
@@ -428,8 +409,7 @@ def test_an_output_is_replaced_only_where_it_is_one_and_that_is_asked_for(folder
     assert 'there is no folder missing' in rejection(capsys, 'bag', output='missing/out')
 
 
-def test_replacing_an_output_leaves_alone_what_others_put_beside_it(folder):
-    write_bag(folder / 'bag')
+def test_replacing_an_output_leaves_alone_what_others_put_beside_it(folder, bag):
     write_bag(folder / 'short', pairs=scene(2))
     options = ['--files', 'npy', '--overwrite']
     assert replay('bag', options=[*options, '--format', 'sqlite3']) == 0
@@ -443,8 +423,7 @@ def test_replacing_an_output_leaves_alone_what_others_put_beside_it(folder):
 
 
 @pytest.mark.parametrize('output', ['.', '../link'])
-def test_an_output_may_be_the_folder_one_is_in_or_a_link(folder, capsys, monkeypatch, output):
-    write_bag(folder / 'bag')
+def test_an_output_may_be_the_folder_one_is_in_or_a_link(folder, bag, capsys, monkeypatch, output):
     write_bag(folder / 'bad', change=lambda number, messages: setattr(
         messages[TOPICS[0]], 'encoding', 'nonsense'))
     (folder / 'place').mkdir()
@@ -459,8 +438,7 @@ def test_an_output_may_be_the_folder_one_is_in_or_a_link(folder, capsys, monkeyp
         assert list(disparities(folder / 'place')) == stamps()
 
 
-def test_an_output_never_replaces_an_input(folder, capsys):
-    write_bag(folder / 'bag')
+def test_an_output_never_replaces_an_input(folder, bag, capsys):
     assert replay('bag', options=['--keep']) == 0
     assert rejection(capsys, 'out', options=['--overwrite']) == (
         '--output is out, which holds the input out')
@@ -469,8 +447,7 @@ def test_an_output_never_replaces_an_input(folder, capsys):
 
 
 @pytest.mark.parametrize('content', ['{', '[1]', '[' * 100_000])
-def test_a_damaged_record_is_rejected(folder, capsys, content):
-    write_bag(folder / 'bag')
+def test_a_damaged_record_is_rejected(folder, bag, capsys, content):
     assert replay('bag') == 0
     (folder / 'out' / 'replay.json').write_text(content)
     assert 'replay.json is damaged; start over with --overwrite' in rejection(

@@ -29,11 +29,10 @@ segments.match_or_reject = lambda pair, matcher: os._exit(1)
 
 
 @pytest.fixture
-def folder(tmp_path, monkeypatch):
+def folder(folder):
     """Work in a folder with a bag."""
-    monkeypatch.chdir(tmp_path)
-    write_bag(tmp_path / 'bag')
-    return tmp_path
+    write_bag(folder / 'bag')
+    return folder
 
 
 @pytest.fixture

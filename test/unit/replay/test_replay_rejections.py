@@ -18,11 +18,10 @@ NAMES = (*SYNCHRONISING, *READING, *RESULTS)
 
 
 @pytest.fixture
-def folder(tmp_path, monkeypatch):
+def folder(folder):
     """Work in a folder with a bag."""
-    monkeypatch.chdir(tmp_path)
-    write_bag(tmp_path / 'bag')
-    return tmp_path
+    write_bag(folder / 'bag')
+    return folder
 
 
 @pytest.fixture

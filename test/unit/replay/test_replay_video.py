@@ -19,11 +19,10 @@ TIMES = 4       # that a narrow picture is repeated in a frame
 
 
 @pytest.fixture
-def folder(tmp_path, monkeypatch):
+def folder(folder):
     """Work in a folder with a bag."""
-    monkeypatch.chdir(tmp_path)
-    write_bag(tmp_path / 'bag')
-    return tmp_path
+    write_bag(folder / 'bag')
+    return folder
 
 
 @pytest.fixture
