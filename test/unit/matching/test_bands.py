@@ -42,11 +42,30 @@ def test_a_filter_of_bands_is_that_of_the_image(height, reach, rows):
     np.testing.assert_array_equal(result, largest_near(image))
 
 
+@pytest.mark.parametrize('rows, count', [
+    (1, 1), (127, 1), (128, 2), (639, 2), (640, 4), (1279, 4), (1280, 8), (4000, 8)])
+def test_larger_images_are_cut_into_more_bands(rows, count):
+    assert len(cut_bands(rows)) == count
+
+
 @given(st.integers(1, 5000), st.integers(1, 200), st.sampled_from([1, 32, 64]))
 def test_no_part_is_empty_and_there_are_at_most_so_many(rows, threads, height):
     parts = cut_parts(rows, threads, height)
     assert len(parts) <= min(2 * threads, MOST_PARTS)
     assert all(first < last for _, first, last in parts)
+
+
+@pytest.mark.parametrize('rows, threads, count', [
+    (240, 1, 1), (480, 1, 2), (59, 2, 1), (60, 2, 2), (479, 2, 2), (480, 2, 4), (240, 8, 8),
+    (720, 8, 12), (1080, 8, 16), (4000, 99, 32), (240, 9, 8), (480, 32, 16)])
+def test_there_are_two_parts_a_thread_and_one_where_images_are_small(rows, threads, count):
+    assert len(cut_parts(rows, threads)) == count == len(ThreadPool(threads).parts(rows))
+
+
+def test_two_threads_work_at_the_same_time():
+    pool, both = ThreadPool(2), threading.Barrier(2, timeout=PATIENCE)
+    pool.each(lambda _: both.wait(), range(2))
+    pool.close()
 
 
 def processors_of_helpers(pool):
