@@ -11,7 +11,7 @@ from bench.conditions import misaligned
 from bench.request import report_of
 from fuzzy_stereo_ros.evaluation.ground_truth import KITTI
 from fuzzy_stereo_ros.evaluation.report import Table
-from fuzzy_stereo_ros.matching.row_offsets import LIMIT, SURE
+from fuzzy_stereo_ros.matching.row_offsets import LIMIT, SURE_DEVIATIONS
 from fuzzy_stereo_ros.synthetic.scenes import make_sequence
 import numpy as np
 
@@ -33,8 +33,8 @@ def run(request):
     real = request.each(subjects, 'real', lambda one: _real_rows(request, one))
     return report_of('drift', 'Drift of the calibration', {
         'ours': request.ours.description,
-        'warning': f'tilt, roll, zoom or yaw above {LIMIT:g} px by {SURE:g} standard deviations; '
-                   'roll and zoom at the edges of the image, yaw in the corners',
+        'warning': f'tilt, roll, zoom or yaw above {LIMIT:g} px by {SURE_DEVIATIONS:g} standard '
+                   'deviations; roll and zoom at the edges of the image, yaw in the corners',
         'made': f'{FRAMES} frames of {size[1]}x{size[0]}, noise of 2 grey levels, the right '
                 'image moved',
     }, [

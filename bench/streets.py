@@ -3,7 +3,7 @@
 """Drives through synthetic streets whose planes carry the pictures of scikit-image."""
 import cv2
 from fuzzy_stereo_ros.synthetic.scenes import BASELINE, drive_through, FOCAL, SceneOptions
-from fuzzy_stereo_ros.synthetic.street import GRAIN, MARGIN, OCTAVES, rig_of, street
+from fuzzy_stereo_ros.synthetic.street import GRAIN, LAYER_MARGIN, OCTAVES, rig_of, street
 import numpy as np
 
 # in turn, from the one of the seed on: road, wall at the end, side walls, objects
@@ -43,7 +43,7 @@ def picture_layers(picture):
         layers.append(np.tile(band, (2**octave, 2**octave, 1)))
         level = coarser
     layers.append(np.zeros_like(layers[0]))
-    return np.pad(layers, ((0, 0), MARGIN, MARGIN, (0, 0)), 'wrap'), level.reshape(3)
+    return np.pad(layers, ((0, 0), LAYER_MARGIN, LAYER_MARGIN, (0, 0)), 'wrap'), level.reshape(3)
 
 
 def _coloured(picture):

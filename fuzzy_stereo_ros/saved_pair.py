@@ -31,7 +31,7 @@ from fuzzy_stereo_ros.matching.evolution import Generation
 from fuzzy_stereo_ros.matching.matcher import ALGORITHMS
 from fuzzy_stereo_ros.matching.over_frames.state import check_array, FrameState, restored
 from fuzzy_stereo_ros.matching.row_alignment import Rows
-from fuzzy_stereo_ros.matching.row_offsets import LARGEST
+from fuzzy_stereo_ros.matching.row_offsets import LARGEST_OFFSET
 from fuzzy_stereo_ros.pairs.calibration import check_range
 from fuzzy_stereo_ros.pairs.image_files import read_bytes, read_image, read_json, write_image
 from fuzzy_stereo_ros.pairs.stereo_pair import Calibration, Projection, StereoPair
@@ -287,7 +287,7 @@ def _check_rows(rows):
     check_array('points of the rows', rows.points, np.float32, (len(rows.points), 4))
     check_array('undone of the rows', rows.undone, np.float64, (4,))
     if not (np.isfinite(rows.points).all() and (np.abs(rows.points[:, :3]) <= MOST_SIDE).all()
-            and (np.abs(rows.undone) <= LARGEST).all()):
+            and (np.abs(rows.undone) <= LARGEST_OFFSET).all()):
         raise ValueError('the rows have points or offsets out of range')
 
 

@@ -17,7 +17,7 @@ from typing import NamedTuple
 from fuzzy_stereo_ros.bags.cut_mcap import indexed_mcap
 from fuzzy_stereo_ros.bags.cut_ros1 import indexed_ros1
 
-BLOCK = 4096        # bytes, of a file system
+DISK_BLOCK = 4096        # bytes, of a file system
 CHECKED = 64        # of the last large messages in a database
 TORN = 16           # zeros at the end of the last large message that show that it is not whole
 
@@ -73,14 +73,14 @@ def _written(path):
     size = end = path.stat().st_size
     with open(path, 'rb') as file:
         while end:
-            start = (end - 1) // BLOCK * BLOCK
+            start = (end - 1) // DISK_BLOCK * DISK_BLOCK
             file.seek(start)
             block = file.read(end - start).rstrip(b'\0')
             if block:
                 end = start + len(block)
                 break
             end = start
-    return size if size - end < BLOCK else end
+    return size if size - end < DISK_BLOCK else end
 
 
 class IndexedPath:

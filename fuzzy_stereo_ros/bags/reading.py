@@ -13,7 +13,7 @@ from fuzzy_stereo_ros.bags.cut_ros1 import has_torn_index
 from fuzzy_stereo_ros.pairs.messages import stamp_of
 from fuzzy_stereo_ros.pairs.stereo_pair import BadPair
 
-SUFFIXES = '.bag', '.bag.active', '.mcap', '.db3'
+BAG_SUFFIXES = '.bag', '.bag.active', '.mcap', '.db3'
 STORAGES = '.mcap', '.db3'      # of the files in a folder
 NO_ROSBAGS = ('rosbags, which reads and writes bags, is not installed: '
               "pip install 'fuzzy_stereo_ros[bags]'")
@@ -196,9 +196,9 @@ def _opened(path, losses):
     if not path.exists():
         raise ValueError(f'{path} does not exist; give a bag: {BAGS}')
     if path.is_file():
-        if not path.name.endswith(SUFFIXES):
+        if not path.name.endswith(BAG_SUFFIXES):
             raise ValueError(f"{path} has the suffix '{path.suffix}'; bags have "
-                             f"{', '.join(SUFFIXES)}, or are folders with metadata.yaml")
+                             f"{', '.join(BAG_SUFFIXES)}, or are folders with metadata.yaml")
         return [_opened_file(path)]
     described = (path / 'metadata.yaml').exists()
     if described and not any(map(log_of, path.glob('*.db3'))):     # rosbags reads no log

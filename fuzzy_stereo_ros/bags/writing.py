@@ -19,8 +19,8 @@ from fuzzy_stereo_ros.pairs.image_files import remove, write_whole
 from fuzzy_stereo_ros.pairs.messages import encoding_of, fill_pixels, set_stamp
 import numpy as np
 
-SUFFIXES = {'mcap': '.mcap', 'sqlite3': '.db3'}
-FORMATS = tuple(SUFFIXES)
+STORAGE_SUFFIXES = {'mcap': '.mcap', 'sqlite3': '.db3'}
+FORMATS = tuple(STORAGE_SUFFIXES)
 METADATA = 'metadata.yaml'
 CONTENT = 'rosbag2_bagfile_information'     # the one entry of metadata.yaml
 UNFINISHED = 'unfinished'   # subfolder of the bag in which a part is written
@@ -115,7 +115,7 @@ class BagWriter:
         self._writer.close()
         part = self._writer.path
         description = _joined(self._closed, read_description(part))
-        file = f'{part.name}{SUFFIXES[self._storage]}'
+        file = f'{part.name}{STORAGE_SUFFIXES[self._storage]}'
         (part / file).replace(self._folder / file)
         write_whole(self._folder / METADATA, yaml.safe_dump(
             {CONTENT: description}, sort_keys=False).encode())

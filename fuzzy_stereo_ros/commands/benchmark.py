@@ -29,7 +29,7 @@ import numpy as np
 
 REPEATS = 60
 FRAMES, NOISE = 4, 1.5
-IMAGES = [SCENE_PARAMETERS[name] for name in ('columns', 'rows')]
+SIZE_OPTIONS = [SCENE_PARAMETERS[name] for name in ('columns', 'rows')]
 FIGURES = ('latency, median [ms]', '95th percentile [ms]', 'processor time [ms]', 'memory [MB]')
 STATUS = Path('/proc/self/status')
 RESET = Path('/proc/self/clear_refs')
@@ -49,7 +49,7 @@ EXAMPLE = ('examples:\n'
 
 def add_arguments(parser):
     """Add the arguments of `benchmark`."""
-    add_options(parser.add_argument_group('the images'), IMAGES)
+    add_options(parser.add_argument_group('the images'), SIZE_OPTIONS)
     parser.add_argument('--repeats', metavar='N', type=int, default=REPEATS,
                         help=f'frames of each matcher; default: {REPEATS}')
     parser.add_argument('--json', action='store_true', help='print JSON instead of Markdown')
@@ -66,7 +66,7 @@ def run(arguments, stream, progress_stream=None):
     """
     with libraries_needed():
         from fuzzy_stereo_ros.evaluation.report import environment, markdown, Report, Table
-    size, config = option_values(arguments, IMAGES), matcher_config(arguments)
+    size, config = option_values(arguments, SIZE_OPTIONS), matcher_config(arguments)
     if arguments.repeats < 1:
         raise ValueError(f'--repeats is {arguments.repeats}; allowed are 1 and more')
     frames = [(pair.left, pair.right) for pair in make_sequence(

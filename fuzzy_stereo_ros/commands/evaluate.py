@@ -25,7 +25,7 @@ from fuzzy_stereo_ros.progress import follow
 REPEATS, FRAMES = 3, 20
 # Truths are of the left image; maps are measured as they come and filled, cold and warm.
 DECIDED = ('disparities', 'min_disparity', 'reference', 'fill', 'warm_start', 'threads')
-SUFFIXES = {'markdown': '.md', 'csv': '.csv', 'json': '.json', 'html': '.html'}
+REPORT_SUFFIXES = {'markdown': '.md', 'csv': '.csv', 'json': '.json', 'html': '.html'}
 STDOUT = '-'
 
 LEFT_BEHIND = UNTOUCHED
@@ -238,9 +238,9 @@ def _is_folder_alone(word):
 def _checked_outputs(arguments):
     """Return {option: path} of the output files; raises ValueError if one cannot be written."""
     def check(path, name):
-        if path.suffix != SUFFIXES[name]:
+        if path.suffix != REPORT_SUFFIXES[name]:
             raise ValueError(f"--{name} is {path}, which has the suffix '{path.suffix}'; "
-                             f'allowed is {SUFFIXES[name]}')
+                             f'allowed is {REPORT_SUFFIXES[name]}')
 
-    return checked_outputs(arguments, {name: partial(check, name=name) for name in SUFFIXES
+    return checked_outputs(arguments, {name: partial(check, name=name) for name in REPORT_SUFFIXES
                                        if getattr(arguments, name) != STDOUT})

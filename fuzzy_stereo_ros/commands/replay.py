@@ -28,7 +28,7 @@ from fuzzy_stereo_ros.replay.sinks import Outputs
 from fuzzy_stereo_ros.replay.source import first_pairs, opened_recording, ReplaySource
 from fuzzy_stereo_ros.views.video import CODECS
 
-SUFFIXES = 'npy', 'pfm', 'png'
+MAP_SUFFIXES = 'npy', 'pfm', 'png'
 
 LEFT_BEHIND = ''     # said with what was matched
 HELP = 'match the pairs of a bag, of folders of images, or of a video'
@@ -72,7 +72,7 @@ def add_arguments(parser):
                              f"{', '.join(OPTIONAL_RESULTS)}")
     parser.add_argument('--keep', metavar='TOPIC', nargs='*',
                         help='topics to copy into the bag; without a name all topics')
-    parser.add_argument('--files', choices=SUFFIXES, nargs='+', default=[],
+    parser.add_argument('--files', choices=MAP_SUFFIXES, nargs='+', default=[],
                         help='also write a disparity file for each pair, DIR/disparity/STAMP in '
                              'ns (of pairs with one stamp the last): npy (invalid: NaN), pfm '
                              '(inf) or png (16 bits as KITTI, 0); DIR/calibration.json has what '

@@ -20,7 +20,7 @@ from fuzzy_stereo_ros.synthetic.scenes import scene_calibration, scene_pairs, SC
 import numpy as np
 
 FORMATS = 'images', 'bag'
-IMAGES = {'left', 'right', 'truth', 'visible', 'calib.txt', 'left.yaml', 'right.yaml'}
+FILES = {'left', 'right', 'truth', 'visible', 'calib.txt', 'left.yaml', 'right.yaml'}
 
 LEFT_BEHIND = 'the folder is as before'
 HELP = 'make a synthetic stereo sequence with exact ground truth'
@@ -98,7 +98,7 @@ def _check_target(name, target, overwrite):
     if there and not overwrite:
         raise ValueError(f'--output is {name}, which exists; give --overwrite to replace it, or '
                          'name another folder')
-    if there and there != IMAGES and not is_sequence_bag(target):
+    if there and there != FILES and not is_sequence_bag(target):
         raise ValueError(f'--output is {name}, which holds other files than a synthetic sequence; '
                          'name another folder')
 

@@ -17,7 +17,7 @@ import numpy as np
 MODES = {'SGBM': cv2.STEREO_SGBM_MODE_SGBM, '3WAY': cv2.STEREO_SGBM_MODE_SGBM_3WAY,
          'HH4': cv2.STEREO_SGBM_MODE_HH4}
 ALGORITHMS = ('BM', *MODES)
-STEP = 16  # OpenCV stores a disparity in sixteenths and searches a multiple of 16
+SIXTEENTHS = 16  # OpenCV stores a disparity in sixteenths and searches a multiple of 16
 MEDIAN = 5
 
 
@@ -85,7 +85,7 @@ class PreparedBaseline:
         """Return the result of `compute` without padding: float32 (R, C), px, NaN = invalid."""
         found = found[:, self.padding:]
         valid = found > 0 if self.rejects_zero else found >= 0
-        return np.where(valid, found / np.float32(STEP), np.nan).astype(np.float32)
+        return np.where(valid, found / np.float32(SIXTEENTHS), np.nan).astype(np.float32)
 
     def match(self, left, right):
         """Return the disparities of two images: float32 (R, C), pixels, NaN = invalid."""
@@ -154,7 +154,7 @@ def grey(image):
 
 def multiple_of_16(disparities):
     """Return the next multiple of 16: the number of disparities that OpenCV searches."""
-    return -(-disparities // STEP) * STEP
+    return -(-disparities // SIXTEENTHS) * SIXTEENTHS
 
 
 def dense(disparity):

@@ -17,7 +17,7 @@ import numpy as np
 TEMPLATE = Path(__file__).with_name('page.html')
 MOST_SCENES = 60        # with pictures, on a page
 WIDTH = 400             # px, of the widest picture
-RADIUS = 2.5            # px, of the points of a sparse truth
+POINT_RADIUS = 2.5            # px, of the points of a sparse truth
 UNKNOWN_GREY = 110      # no truth
 NO_DISPARITY = (190, 140, 0)    # BGR: a truth, but no disparity
 LOSSLESS = 101          # quality of WebP
@@ -122,7 +122,7 @@ def colour_error(disparity, truth):
 
 def _thickened(values, there):
     """
-    Return a map whose points are discs of RADIUS if they are less than half of the pixels.
+    Return a map whose points are discs of POINT_RADIUS if they are less than half of the pixels.
 
     values: float32 (R, C); there: bool (R, C), the points. NaN = no point is near.
     """
@@ -132,4 +132,4 @@ def _thickened(values, there):
         np.uint8(~there), cv2.DIST_L2, cv2.DIST_MASK_5, labelType=cv2.DIST_LABEL_PIXEL)
     of_points = np.zeros(nearest.max() + 1, np.float32)
     of_points[nearest[there]] = values[there]
-    return np.where(distance <= RADIUS, of_points[nearest], np.float32(np.nan))
+    return np.where(distance <= POINT_RADIUS, of_points[nearest], np.float32(np.nan))

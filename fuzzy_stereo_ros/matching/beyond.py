@@ -14,8 +14,8 @@ from functools import lru_cache
 from fuzzy_stereo_ros.matching.kernels.refinement.consistency import reject_nearer
 import numpy as np
 
-MARGIN = 8          # labels beyond the range that are searched
-MOST = 4096         # disparities that a MatcherConfig allows
+EXTRA_LABELS = 8          # labels beyond the range that are searched
+MOST_DISPARITIES = 4096         # disparities that a MatcherConfig allows
 AT_THE_END = 0.1    # share in the last quarter of the margin from which the margin is too short
 FURTHER = 4 / 3     # factor of the range that is proposed where the margin is too short
 ROUND = 16          # proposed ranges are multiples of it, as OpenCV needs them
@@ -27,7 +27,8 @@ def searched(config, columns):
     fill = config.fill or config.fill_holes > 0
     if config.algorithm == 'paper':
         return replace(config, fill=fill)
-    most = max(min(config.disparities + MARGIN, columns, MOST), config.disparities)
+    wanted = config.disparities + EXTRA_LABELS
+    most = max(min(wanted, columns, MOST_DISPARITIES), config.disparities)
     return replace(config, disparities=most, fill=fill)
 
 
@@ -42,7 +43,7 @@ def reject_beyond(pool, config, most, match):
     """
     highest = np.float32(config.min_disparity + config.disparities - 1)
     bands = pool.parts(len(match.disparity))
-    counts = np.zeros((len(bands), MARGIN + 1), np.int64)
+    counts = np.zeros((len(bands), EXTRA_LABELS + 1), np.int64)
     pool.each(lambda band: reject_nearer(
         match.disparity, match.confidence, highest, counts[band[0]], band[1], band[2]), bands)
     within, *beyond = counts.sum(axis=0)[:max(most - config.disparities, 1)].tolist()
@@ -56,8 +57,8 @@ def _enough(disparities, beyond):
     number = sum(beyond)
     if not number:
         return disparities
-    if sum(beyond[-MARGIN // 4:]) > AT_THE_END * number:
-        wanted = max(FURTHER * disparities, disparities + MARGIN)
+    if sum(beyond[-EXTRA_LABELS // 4:]) > AT_THE_END * number:
+        wanted = max(FURTHER * disparities, disparities + EXTRA_LABELS)
     else:
         wanted = disparities + max(away for away, found in enumerate(beyond, 1) if found)
-    return min(int(-(-wanted // ROUND)) * ROUND, MOST)
+    return min(int(-(-wanted // ROUND)) * ROUND, MOST_DISPARITIES)

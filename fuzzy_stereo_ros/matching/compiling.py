@@ -27,7 +27,7 @@ from fuzzy_stereo_ros.matching.kernels import compiled
 from fuzzy_stereo_ros.matching.matcher import warm_up_camera, warm_up_pairs
 import numpy as np
 
-ROUNDS = None, 1, 2     # of a dry run: seeds of what kernels write, None for nothing
+DRY_RUNS = None, 1, 2     # of a dry run: seeds of what kernels write, None for nothing
 # level of LLVM, unless the user sets it: kernels are as fast as at 3, and compiled sooner
 OPTIMISATION = {'NUMBA_OPT': '2'}
 START = ('import json, sys; sys.path[:], config = json.loads(sys.argv[1]); '
@@ -107,7 +107,7 @@ def serve(config):
 def record_calls(config):
     """Return the calls of a warm-up: {(kernel, types of its arguments)}."""
     noted, config = {}, replace(config, threads=1)
-    for seed in ROUNDS:
+    for seed in DRY_RUNS:
         random = None if seed is None else np.random.default_rng(seed)
         for kernel in compiled.kernels:
             kernel.compile = partial(_note, noted, kernel, random)

@@ -14,7 +14,7 @@ from fuzzy_stereo_ros.matching.kernels.genetic.minimum_cut import (
     decide, load, maximum_flow, Trees, unload)
 import numpy as np
 
-LARGEST = 2**26     # largest change of cost of one cell or of two cells together
+LARGEST_CHANGE = 2**26     # largest change of cost of one cell or of two cells together
 
 
 class Exchange:
@@ -105,8 +105,8 @@ class Cut:
 
     def __call__(self, exchange, random=None):
         """Choose the cells; return the change of cost, not above 0."""
-        if widest(exchange.alone, exchange.pairs) > LARGEST:
-            raise ValueError(f'a change of cost is beyond {LARGEST}')
+        if widest(exchange.alone, exchange.pairs) > LARGEST_CHANGE:
+            raise ValueError(f'a change of cost is beyond {LARGEST_CHANGE}')
         places = self._places[:exchange.cells.size]
         network = self._offsets, self._weight, self._change
         load(exchange.changes(), self._columns, *network, places, self._state)

@@ -6,7 +6,7 @@ from functools import cache
 import time
 
 import cv2
-from fuzzy_stereo_ros.matching.beyond import MARGIN, reject_beyond, searched
+from fuzzy_stereo_ros.matching.beyond import EXTRA_LABELS, reject_beyond, searched
 from fuzzy_stereo_ros.matching.checks import check_size, checked_pair, checked_stamp
 from fuzzy_stereo_ros.matching.config import MatcherConfig
 from fuzzy_stereo_ros.matching.evolution import Budget, Random
@@ -180,7 +180,7 @@ def warm_up_pairs(config):
     """Yield (matcher, left, right): small pairs, whose matching calls all kernels of a config."""
     small = replace(config, warm_start=True, deadline_ms=0.0,
                     population=min(config.population, 4), generations=min(config.generations, 2))
-    scene = _moving_scene(WARM_UP_SIZE[0], max(WARM_UP_SIZE[1], config.disparities + MARGIN))
+    scene = _moving_scene(WARM_UP_SIZE[0], max(WARM_UP_SIZE[1], config.disparities + EXTRA_LABELS))
     for kind in (np.uint8, np.uint16):
         for channels in (1, 3):
             matcher = StereoMatcher(small)

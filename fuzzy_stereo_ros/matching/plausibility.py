@@ -18,10 +18,10 @@ import cv2
 from fuzzy_stereo_ros.matching.row_offsets import misalignment_of, terms_at
 import numpy as np
 
-SHARE = 0.004       # share of the matching time that may be spent on the search for causes
+TIME_SHARE = 0.004       # share of the matching time that may be spent on the search for causes
 MOST_CREDIT = 20.0  # ms of this time that are saved up while nothing is suspicious
 CONFIRMED = 5       # pairs in a row after which a live node changes its finding
-STEP = 4            # every so many rows and columns of a result are read
+SAMPLE_STEP = 4            # every so many rows and columns of a result are read
 # Limits of a suspicious result; real pairs have a mean confidence of .36 to .97, most above .65.
 LOW_CONFIDENCE = 0.65
 FALL = 0.75         # share of the usual mean confidence
@@ -30,19 +30,19 @@ LAST_LABELS = 3     # labels that count as the end of the range
 AT_THE_END = 0.05   # share of the valid pixels that have one of these
 NEARER = 0.01       # share of the matches that are rejected as beyond the range
 # Pictures, in grey levels of 8 bits.
-DARK, WHITE = 20, 250
+BLACK, WHITE = 20, 250
 FEWEST_BITS = 12    # least number of bits that images of 16 bits are assumed to use
 REDUCED = 4         # factor by which images are reduced to measure contrast without noise
 CONTRAST = 6        # grey levels between two pixels of these, two apart
 PLAIN, TEXTURED = 0.02, 0.1     # shares of an image with contrast
 # Features of both images, reduced to about this many columns.
-COLUMNS, FEATURES, PATCH = 560, 500, 31
+REDUCED_COLUMNS, FEATURES, PATCH = 560, 500, 31
 UNIQUE, LIKE = 0.85, 60         # share of the second best distance, and bits of 256
 TOLERANCE = 1.5     # reduced px, by which the rows of a feature may differ
-FEWEST = 20         # features that have to agree
+FEWEST_FEATURES = 20         # features that have to agree
 MANY, UNLIKE, UNSURE = 100, 10, 0.4     # features, most that agree, mean confidence: other scenes
 BEYOND, FEWEST_BEYOND = 0.05, 8     # features that lie beyond the range
-MARGIN = 2          # px, around the disparities of features, of a proposed range
+RANGE_MARGIN = 2          # px, around the disparities of features, of a proposed range
 ROUNDED = 16        # a proposed number of disparities is a multiple of it
 
 
@@ -90,7 +90,7 @@ class PlausibilityCheck:
 
     def add_within_share(self, left, right, match, config):
         """Do as `add`, but look for a cause only within a share of the time of matching."""
-        self._credit = min(self._credit + SHARE * match.times['total'], MOST_CREDIT)
+        self._credit = min(self._credit + TIME_SHARE * match.times['total'], MOST_CREDIT)
         known_for = left.shape, config
         if known_for != self._known_for:
             self._known_for, self._credit = known_for, 0.0
@@ -127,12 +127,12 @@ class PlausibilityCheck:
 
 def mean_confidence(match):
     """Return the mean confidence of a Match, 0 to 1."""
-    return float(match.confidence[::STEP, ::STEP].mean())
+    return float(match.confidence[::SAMPLE_STEP, ::SAMPLE_STEP].mean())
 
 
 def share_at_the_end(match, config):
     """Return the share of the valid disparities that lie at the end of the range, 0 to 1."""
-    disparity = match.disparity[::STEP, ::STEP]
+    disparity = match.disparity[::SAMPLE_STEP, ::SAMPLE_STEP]
     last = config.min_disparity + config.disparities - LAST_LABELS
     return np.count_nonzero(disparity >= last) / max(np.count_nonzero(disparity == disparity), 1)
 
@@ -162,9 +162,9 @@ def cause_of(left, right, match, config, scale=1.0):
 
 def _of_pictures(images):
     """Return the Finding of two grey pictures that show nothing, None if both show something."""
-    brightest, darkest = ([float(np.percentile(image[::STEP, ::STEP], percent))
+    brightest, darkest = ([float(np.percentile(image[::SAMPLE_STEP, ::SAMPLE_STEP], percent))
                            for image in images] for percent in (99, 10))
-    dark = _names([value < DARK for value in brightest])
+    dark = _names([value < BLACK for value in brightest])
     if dark:
         return Finding('dark', f'the {dark} black (brightness {max(min(brightest), 0):.0f} of '
                        '255): uncover the lens, switch on a light, or expose longer')
@@ -222,7 +222,7 @@ def features_in_common(left, right):
 
     ORB (Rublee et al., ICCV 2011) of one scale and turn; both have to be each other's best match.
     """
-    pixel = max(1, round(left.shape[1] / COLUMNS))
+    pixel = max(1, round(left.shape[1] / REDUCED_COLUMNS))
     none = Features(0, np.empty((0, 2)), np.empty(0), np.empty(0), pixel)
     if min(left.shape) < 2 * PATCH * pixel:
         return none
@@ -255,7 +255,7 @@ def _of_features(left, right, match, config, scale):
         return Finding('unlike', f'the images do not show the same: {number} of '
                        f'{features.number} features of the left image are found in the right '
                        'one; see that both are of one stereo camera, of one moment, and in focus')
-    if number < FEWEST:
+    if number < FEWEST_FEATURES:
         return None
     swapped = _swapped(features.disparities[agree], features.pixel, config)
     if swapped is not None:
@@ -289,7 +289,7 @@ def _swapped(disparities, pixel, config):
     first, last = config.min_disparity - pixel, config.min_disparity + config.disparities
     fit, exchanged = (np.count_nonzero((signed >= first) & (signed <= last))
                       for signed in (disparities, -disparities))
-    if exchanged < max(2 * fit, FEWEST):
+    if exchanged < max(2 * fit, FEWEST_FEATURES):
         return None
     return Finding('swapped', f'left and right are swapped: of {len(disparities)} features in '
                    f'common {fit} lie within the range as the images are, {exchanged} if they are '
@@ -305,14 +305,14 @@ def _of_range(disparities, pixel, config, scale):
         disparities > last + pixel, disparities < first - pixel))
     fewest = max(FEWEST_BEYOND, BEYOND * len(disparities))
     if nearer >= fewest:
-        needed = -(-(most + MARGIN - first / scale) // ROUNDED) * ROUNDED
+        needed = -(-(most + RANGE_MARGIN - first / scale) // ROUNDED) * ROUNDED
         return Finding('range', f'{100 * nearer / len(disparities):.0f} % of the features in '
                        f'common are nearer than the range reaches (up to {most:.0f} px, '
                        f'{searched}): search {needed:.0f} disparities')
     if farther >= fewest:
         return Finding('range', f'{100 * farther / len(disparities):.0f} % of the features in '
                        f'common are farther than the range begins (from {least:.0f} px, '
-                       f'{searched}): lower min_disparity to {least - MARGIN:.0f}')
+                       f'{searched}): lower min_disparity to {least - RANGE_MARGIN:.0f}')
     return None
 
 

@@ -18,13 +18,14 @@ from fuzzy_stereo_ros.matching.row_offsets import (
     PAIRS_OF_SWING, PLACES, terms_at)
 import numpy as np
 
-STEP, FINE = 0.1, 0.05      # px of significant offset from which rows are moved, and moved again
+# px of significant offset from which rows are moved, and moved again
+LEAST_OFFSET, LEAST_CHANGE = 0.1, 0.05
 PERIOD, FIRST = 32, 8       # pairs between two measurements; first pairs that are all measured
 PAIRS = 16          # newest measured pairs that are used
 NEWEST = 3          # measured pairs that together show a knock
 KNOCK = 0.5         # px by which these significantly differ from those before them
 LONGEST_PAUSE = 512     # pairs between two searches for features where these are few
-BLOCK, UNIQUE = 7, 10   # block matching that confirms features: px of a side, percent of margin
+BLOCK_SIDE, UNIQUE = 7, 10  # block matching that confirms features: px of a side, % of margin
 HIDDEN = 1.5        # px beyond the right image from which a row is not matched
 FEWER = 0.99        # least share of the matches with the new rows, relative to the old ones
 
@@ -89,7 +90,7 @@ class RowAlignment:
 
         pool: the ThreadPool; rows: the Rows after the previous pair; left, right: uint8 or uint16,
         (R, C) or (R, C, 3); camera: a Camera, or None; another rig is measured anew. Where less
-        than STEP is to be undone the right image is returned as it is; else the next pair
+        than LEAST_OFFSET is to be undone the right image is returned as it is; else the next pair
         overwrites the one that is returned.
         """
         rig = rig_of(left, camera)
@@ -141,16 +142,17 @@ class RowAlignment:
         """Return the Rows that undo the measured offset, if it differs significantly."""
         measured = self.measured(rows, shape)
         if not self._undoes or measured is None or (
-                measured.deviation(rows.undone) <= (FINE if rows.undone.any() else STEP)):
+                measured.deviation(rows.undone)
+                <= (LEAST_CHANGE if rows.undone.any() else LEAST_OFFSET)):
             return rows
         terms = measured.terms
-        return rows._replace(undone=terms * (np.abs(PLACES @ terms).max() > STEP))
+        return rows._replace(undone=terms * (np.abs(PLACES @ terms).max() > LEAST_OFFSET))
 
     def _confirmed(self, pool, left, right, undone, measured):
         """Return whether half-size images match as well with a Misalignment undone as before."""
-        if measured.deviation(undone) <= STEP:
+        if measured.deviation(undone) <= LEAST_OFFSET:
             return True
-        matcher = cv2.StereoBM_create(-(-self._disparities // 32) * 16, BLOCK)
+        matcher = cv2.StereoBM_create(-(-self._disparities // 32) * 16, BLOCK_SIDE)
         matcher.setMinDisparity(self._lowest // 2)
         matcher.setUniquenessRatio(UNIQUE)
         matcher.setDisp12MaxDiff(1)

@@ -17,7 +17,7 @@ from fuzzy_stereo_ros.matching.kernels.possibility.row_alignment import nearest_
 import numpy as np
 
 LIMIT = 0.5         # px of misalignment; more impairs matching
-SURE = 2.0          # standard deviations by which a misalignment must exceed the limit
+SURE_DEVIATIONS = 2.0          # standard deviations by which a misalignment must exceed the limit
 CERTAIN = 3.0       # the same, of an offset that is undone
 CORNERS = 300       # at most in a pair; the more confident half is measured
 QUALITY = 0.001     # least quality of a corner, relative to the best one
@@ -26,11 +26,11 @@ WINDOW = 15         # px, side of the window of the optical flow, and of the mea
 CONTRAST = 30.0     # grey levels, mean absolute deviation after normalisation
 ROW_ERROR = 1.0     # px, largest distance along the row from the position of the disparity
 RETURN_ERROR = 0.1  # px, largest distance from the corner after the flow there and back
-LARGEST = 10.0      # px, largest row offset; larger ones are outliers
+LARGEST_OFFSET = 10.0      # px, largest row offset; larger ones are outliers
 FEATURES = 1000     # at most in an image of half size
 FEATURE_SIZE = 24   # half-size px, side of the patch that a feature describes
 FAST = 7            # grey levels by which a feature differs from the circle around it
-ALIKE = 60          # of 256 bits, by which two features of one point may differ
+BITS_ALIKE = 60          # of 256 bits, by which two features of one point may differ
 FOUND_ERROR = 3.0   # px from the matched feature that the flow may end
 BEYOND = 2          # px of disparity beyond the range in which features are matched
 BIN = 0.25          # px, step in which the densest offset is looked for
@@ -39,7 +39,7 @@ TILES = 6, 8        # rows and columns of tiles; the errors within a tile are co
 FEWEST = 20, 6      # points and tiles needed for a result
 PAIRS_OF_SWING = 8  # pairs needed for the changes from pair to pair
 TUKEY = 4.685       # width of the biweight in standard deviations
-ROUNDS = 8          # of the biweight
+BIWEIGHT_ROUNDS = 8          # of the biweight
 # px, standard deviation of offsets at the least: with less the fit keeps to the middle of an
 # image, where most points are.
 SMALLEST_SPREAD = 0.1
@@ -94,7 +94,7 @@ class Misalignment(NamedTuple):
         """The list of 'tilt', 'roll', 'zoom', 'yaw', 'timing' that surely exceed the limit."""
         return [name for name, value, doubt in zip(
             (*TERMS, 'timing'), (*self[:4], self.swing or 0), (*self.doubts, 0))
-            if abs(value) - SURE * doubt > LIMIT]
+            if abs(value) - SURE_DEVIATIONS * doubt > LIMIT]
 
     @property
     def advice(self):
@@ -173,7 +173,7 @@ def feature_offsets(left, right, min_disparity, disparities):
 
     Column and row in the right image, and row offset, px. ORB features (Rublee et al., 2011) of
     half-size images are matched in two dimensions: along rows within the range of disparities,
-    and up to LARGEST across them. left, right: uint8 or uint16, (R, C) or (R, C, 3) BGR.
+    and up to LARGEST_OFFSET across them. left, right: uint8 or uint16, (R, C) or (R, C, 3) BGR.
     """
     rows, columns = left.shape[:2]
     if min(rows, columns) < 4 * WINDOW:
@@ -190,7 +190,7 @@ def feature_offsets(left, right, min_disparity, disparities):
     back, _ = _nearest(here, right_bits, there, left_bits, -most, -least)
     # clip: a dry run of the warm-up writes any numbers
     first = np.flatnonzero(
-        (distances < ALIKE) & (back.take(forth, mode='clip') == np.arange(len(there))))
+        (distances < BITS_ALIKE) & (back.take(forth, mode='clip') == np.arange(len(there))))
     return _flow(left, right, there[first], here.take(forth[first], axis=0, mode='clip'),
                  FOUND_ERROR)
 
@@ -232,7 +232,7 @@ def _flow(left, right, corners, expected, row_error):
     found, known, _ = cv2.calcOpticalFlowPyrLK(left, right, corners, expected.copy(), **options)
     back, known_back, _ = cv2.calcOpticalFlowPyrLK(right, left, found, corners.copy(), **options)
     offsets = (found - corners)[:, 1].astype(np.float64)
-    good = ((known[:, 0] > 0) & (known_back[:, 0] > 0) & (np.abs(offsets) < LARGEST)
+    good = ((known[:, 0] > 0) & (known_back[:, 0] > 0) & (np.abs(offsets) < LARGEST_OFFSET)
             & (np.abs(found - expected)[:, 0] < row_error)
             & (np.abs(back - corners).max(axis=1) < RETURN_ERROR))
     return np.column_stack([found, offsets])[good]
@@ -253,7 +253,7 @@ def misalignment_of(pairs, rows, columns):
     if len(offsets) < FEWEST[0] or count < FEWEST[1]:
         return None
     found, spread = np.array([_densest(offsets), 0.0, 0.0, 0.0]), SPREAD
-    for _ in range(ROUNDS):
+    for _ in range(BIWEIGHT_ROUNDS):
         residuals = offsets - terms @ found
         weights = np.maximum(1 - (residuals / (TUKEY * spread)) ** 2, 0) ** 2
         inverse = np.linalg.inv(terms.T @ (weights[:, None] * terms) + np.diag(PRIOR))
@@ -283,7 +283,7 @@ def misalignment_of(pairs, rows, columns):
 
 def _densest(offsets):
     """Return the offset around which most offsets lie; of equals the smallest."""
-    places = np.arange(-LARGEST, LARGEST + BIN, BIN)
+    places = np.arange(-LARGEST_OFFSET, LARGEST_OFFSET + BIN, BIN)
     places = places[np.argsort(np.abs(places), kind='stable')]
     density = np.maximum(1 - np.abs(offsets - places[:, None]) / SPREAD, 0).sum(axis=1)
     return float(places[np.argmax(density)])
@@ -321,7 +321,7 @@ def _nearest(places, bits, other_places, other_bits, lowest, highest):
     nearest_features(
         (np.ascontiguousarray(places.T), bits.view(np.uint32)),
         (np.ascontiguousarray(other_places.T), other_bits.view(np.uint32)),
-        *map(np.float32, (lowest, highest, LARGEST)), nearest, distances)
+        *map(np.float32, (lowest, highest, LARGEST_OFFSET)), nearest, distances)
     return nearest, distances
 
 

@@ -14,13 +14,13 @@ from fuzzy_stereo_ros.matching.matcher import StereoMatcher
 import numpy as np
 
 PAIRS = 5               # pairs that are searched
-COLUMNS = 320           # of the reduced images
+REDUCED_COLUMNS = 320           # of the reduced images
 NEARER, FARTHER = 2, 16     # divide their width: searched above and below a disparity of 0
 CONFIDENT = 0.9
 PERCENTILES = 0.3, 99.9
 RESERVE = 1.15          # times the largest disparity, as things come nearer than in a few pairs
 UNSURE = 2.0            # px of the reduced images by which a range may be wrong
-STEP = 16               # px, of which the number of disparities is a multiple
+MULTIPLE = 16               # px, of which the number of disparities is a multiple
 LEAST_SHARE = 0.02      # least share of confident pixels for a result
 
 
@@ -32,7 +32,7 @@ def seen_disparities(pairs, threads=0):
     """
     found, config = [], MatcherConfig.from_profile('realtime', warm_start=False, threads=threads)
     for left, right in pairs:
-        scale = min(1.0, COLUMNS / left.shape[1])
+        scale = min(1.0, REDUCED_COLUMNS / left.shape[1])
         small = [cv2.resize(image, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA)
                  for image in (left, right)]
         columns = small[0].shape[1]
@@ -56,6 +56,6 @@ def search_range(seen):
     if seen is None:
         return MatcherConfig.min_disparity, MatcherConfig.disparities
     low, high = seen
-    first = STEP * int(np.floor(low / STEP)) if low < -2 * UNSURE else 0
-    count = STEP * int(np.ceil((RESERVE * high + 1 - first) / STEP))
-    return first, max(STEP, count)
+    first = MULTIPLE * int(np.floor(low / MULTIPLE)) if low < -2 * UNSURE else 0
+    count = MULTIPLE * int(np.ceil((RESERVE * high + 1 - first) / MULTIPLE))
+    return first, max(MULTIPLE, count)

@@ -17,7 +17,7 @@ from fuzzy_stereo_ros.pairs.image_files import read_image
 from fuzzy_stereo_ros.pairs.messages import set_stamp
 from fuzzy_stereo_ros.pairs.stereo_pair import BadPair
 
-IMAGES = '.png', '.jpg', '.jpeg', '.pgm', '.ppm', '.bmp', '.tif', '.tiff', '.webp'
+IMAGE_SUFFIXES = '.png', '.jpg', '.jpeg', '.pgm', '.ppm', '.bmp', '.tif', '.tiff', '.webp'
 VIDEOS = '.mp4', '.avi', '.mkv', '.mov', '.webm', '.m4v'
 SIDES = 'left', 'right'
 # Folders of the two cameras in the folder of a recording: ours, EuRoC's, KITTI's.
@@ -149,7 +149,7 @@ def side_paths(paths):
 
 def are_frames(paths):
     """Return whether paths name images or videos: those that are no bags."""
-    return all(_is_video(path) or _is_pattern(path) or Path(path).suffix.lower() in IMAGES
+    return all(_is_video(path) or _is_pattern(path) or Path(path).suffix.lower() in IMAGE_SUFFIXES
                or (Path(path).is_dir() and bool(_listed(path) or _layouts_of(path)))
                for path in paths)
 
@@ -177,13 +177,13 @@ def _listed(path):
     """Return the image files of a folder, of a pattern, or a file alone."""
     found = Path(path).iterdir() if Path(path).is_dir() else map(Path, glob(str(path))) \
         if _is_pattern(path) else [Path(path)]
-    return sorted(one for one in found if one.suffix.lower() in IMAGES and one.is_file())
+    return sorted(one for one in found if one.suffix.lower() in IMAGE_SUFFIXES and one.is_file())
 
 
 def _images_of(path):
     found = _listed(path)
     if not found:
-        raise ValueError(f"{path} has no images ({', '.join(IMAGES)})")
+        raise ValueError(f"{path} has no images ({', '.join(IMAGE_SUFFIXES)})")
     return found
 
 

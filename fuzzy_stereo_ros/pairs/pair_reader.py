@@ -18,9 +18,9 @@ COEFFICIENTS = {'plumb_bob': (4, 5, 8, 12, 14), 'rational_polynomial': (4, 5, 8,
                 'equidistant': (4,)}        # numbers that D may have, by distortion_model
 SIZE_SHARE = 0.01       # by which ratios of sizes differ if only rounding made them
 ROTATION_TOLERANCE = 0.01   # of each element of R times its transpose
-LARGEST = 1e9               # absolute value in K, D and P, as products must stay finite
+LARGEST_NUMBER = 1e9               # absolute value in K, D and P, as products must stay finite
 RADIUS_STEPS = 1000         # samples in the search for the radius where a distortion folds back
-OUTSIDE = -2.0              # px; a position outside every image, for remap
+OFF_IMAGE = -2.0              # px; a position outside every image, for remap
 FRACTIONS = 32              # of a pixel, to which remap rounds positions
 
 
@@ -209,7 +209,7 @@ def raw_positions(side, info, rows, columns):
     else:
         x, y = cv2.initUndistortRectifyMap(intrinsic, distortion, *arguments)
     unseen = _unseen(info.distortion_model, distortion, projection @ rotation, rows, columns)
-    x[unseen] = y[unseen] = OUTSIDE
+    x[unseen] = y[unseen] = OFF_IMAGE
     return x, y
 
 
@@ -222,11 +222,12 @@ def is_inside(x, y, rows, columns):
 def _matrices(side, info):
     """Return K, R and the left (3, 3) of P, after region of interest and binning."""
     k, r, p = (numbers_of(info, name) for name in 'krp')
-    if len(k) != 9 or not _are_usable(k) or min(k[0], k[4]) < 1 / LARGEST:
+    if len(k) != 9 or not _are_usable(k) or min(k[0], k[4]) < 1 / LARGEST_NUMBER:
         raise BadPair('calibration', f'{side} camera_info: K is not of a calibrated camera; '
                       'calibrate it, or set rectify and crop to false')
     if not _are_usable(p):
-        raise BadPair('calibration', f'{side} camera_info: P holds numbers above {LARGEST:g}; '
+        raise BadPair('calibration',
+                      f'{side} camera_info: P holds numbers above {LARGEST_NUMBER:g}; '
                       'calibrate it, or set rectify and crop to false')
     if not _is_rotation(r):
         raise BadPair('calibration', f'{side} camera_info: R is not a rotation; calibrate the two '
@@ -242,8 +243,8 @@ def _matrices(side, info):
 
 
 def _are_usable(values):
-    """Return whether all numbers are finite and at most `LARGEST`."""
-    return bool(np.all(np.abs(values) <= LARGEST))
+    """Return whether all numbers are finite and at most `LARGEST_NUMBER`."""
+    return bool(np.all(np.abs(values) <= LARGEST_NUMBER))
 
 
 def _is_rotation(values):
@@ -267,7 +268,7 @@ def _distortion(side, info):
     if distortion.size not in allowed or not _are_usable(distortion):
         raise BadPair('calibration', f'{side} camera_info: D has {distortion.size} numbers; '
                       f"allowed for {model} are {', '.join(map(str, allowed))} finite ones, "
-                      f'none above {LARGEST:g}')
+                      f'none above {LARGEST_NUMBER:g}')
     return distortion
 
 

@@ -14,7 +14,8 @@ import json
 from pathlib import Path
 
 from fuzzy_stereo_ros.bags.reading import BagReader, read_stamped
-from fuzzy_stereo_ros.bags.writing import BagWriter, Messages, METADATA, SUFFIXES, UNFINISHED
+from fuzzy_stereo_ros.bags.writing import (
+    BagWriter, Messages, METADATA, STORAGE_SUFFIXES, UNFINISHED)
 from fuzzy_stereo_ros.pairs.disparity_files import write_disparity
 from fuzzy_stereo_ros.pairs.image_files import read_json, remove, write_whole
 from fuzzy_stereo_ros.pairs.result_messages import DISPARITY, ResultMessages, topics_of
@@ -131,7 +132,8 @@ class Outputs:
 
     def _clear(self):
         """Remove what replays write and nothing else; last RECORD, which allows it."""
-        parts = [part for suffix in SUFFIXES.values() for part in self.path.glob(f'*_*{suffix}')]
+        parts = [part for suffix in STORAGE_SUFFIXES.values()
+                 for part in self.path.glob(f'*_*{suffix}')]
         names = UNFINISHED, DISPARITY, METADATA, CALIBRATION, PROGRESS, RECORD
         for path in (*parts, *(self.path / name for name in names)):
             remove(path)

@@ -16,14 +16,13 @@ from typing import NamedTuple
 from fuzzy_stereo_ros.bags.reading import (
     BagMessage, BagReader, BagTopic, DamagedBag, read_stamped, slashed, text_of)
 from fuzzy_stereo_ros.bags.topics import find_stereo_topics, RAW
-from fuzzy_stereo_ros.pairs.frames import are_frames, Frames, SIDES
+from fuzzy_stereo_ros.pairs.frames import are_frames, Frames, SECOND, SIDES
 from fuzzy_stereo_ros.pairs.messages import read_image
 from fuzzy_stereo_ros.pairs.stereo_pair import BadPair, StereoPair
 from fuzzy_stereo_ros.pairs.synchroniser import Synchroniser
 from fuzzy_stereo_ros.parameters.options import CameraOptions
 from fuzzy_stereo_ros.parameters.table import sync_tolerance
 
-SECOND = 1_000_000_000
 RATED_IMAGES = 31       # images whose stamps give the rate
 USUAL_RATE = 10.0       # pairs per second, if the stamps give none
 TOPICS = {f'/{side}/image_rect': side for side in SIDES}       # of folders and videos

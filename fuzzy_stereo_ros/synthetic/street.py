@@ -21,7 +21,7 @@ DISTANT = 9.0       # distance of the wall at the end, in distances of the neare
 PERIOD = 24, 17, 20, 14, 11     # frames of an oscillation: yaw, pitch, roll, sideways, up
 SWINGS = 0.012, 0.02, 0.06, 0.04    # amplitudes: pitch, roll in radians; sideways, up in heights
 GRAIN, OCTAVES = 256, 9     # cells along the side of a layer, which repeats; layers
-MARGIN = 2, 3       # cells before and after a layer
+LAYER_MARGIN = 2, 3       # cells before and after a layer
 FINEST = 2.5        # size of a cell of the finest layer, in pixels of the nearest visible road
 STRENGTH = 15       # grey levels of 8 bits, standard deviation of the cells of a layer
 
@@ -98,7 +98,7 @@ def street(rig, disparities, frames, seed, options):
         channels = 3 if options.colour else 1
         layers = random.standard_normal((OCTAVES, GRAIN, GRAIN, channels), np.float32)
         layers = np.pad(STRENGTH * options.contrast * layers,
-                        ((0, 0), MARGIN, MARGIN, (0, 0)), 'wrap')
+                        ((0, 0), LAYER_MARGIN, LAYER_MARGIN, (0, 0)), 'wrap')
         return Plane(shape, np.array(centre), np.array(axes), half, np.array(velocity), layers,
                      random.uniform(70, 180, channels), grain)
 
@@ -167,7 +167,7 @@ def _texture(surface, along, seen):
     for octave, layer in enumerate(surface.layers):
         cell = surface.grain * 2**octave
         share = np.clip(cell / np.maximum(pixel, 1e-9) - 1, 0, 1)
-        cells = (along[seen] / cell % GRAIN + MARGIN[0]).astype(np.float32)
+        cells = (along[seen] / cell % GRAIN + LAYER_MARGIN[0]).astype(np.float32)
         # OpenCV's remap allows at most 32767 rows or columns.
         for first in range(0, pixel.size, 32000):
             part = slice(first, first + 32000)

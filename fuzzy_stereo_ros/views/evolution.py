@@ -29,7 +29,7 @@ TRUTH_TITLE = 'ground truth; dark is unknown'
 WIDTH = 3.4         # inches of a panel with its margins
 FRAME_BESIDE = 0.8, 0.4   # inches beside and above a map of a sequence
 HEIGHTS = 1.4, 6.0  # least and most inches of a panel
-AROUND = 0.5        # inches above and below a panel
+PANEL_SPACE = 0.5        # inches above and below a panel
 BELOW = 1.2         # inches of the title and the colour bars
 DOTS = 100, 200     # least and most dots per inch; between them a dot is a pixel of the images
 LIMITS = -4, 4      # powers of ten of the fitness beyond which its axis has a factor
@@ -115,7 +115,7 @@ class _Layout:
         columns = convergence.image.shape[1]
         height = min(max(WIDTH * convergence.image.shape[0] / columns, HEIGHTS[0]), HEIGHTS[1])
         self.figure = Figure(
-            figsize=(across * WIDTH, (self._rows + 1) * (height + AROUND) + BELOW),
+            figsize=(across * WIDTH, (self._rows + 1) * (height + PANEL_SPACE) + BELOW),
             layout='constrained', dpi=dots or min(max(columns / WIDTH, DOTS[0]), DOTS[1]))
         self.figure.get_layout_engine().set(h_pad=0.08, w_pad=0.06)
         FigureCanvasAgg(self.figure)

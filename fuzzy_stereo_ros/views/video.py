@@ -17,10 +17,10 @@ CODECS = {'.mp4': 'mp4v', '.avi': 'MJPG'}       # of OpenCV
 H264, PIXELS = 'libx264', 'yuv420p'
 QUALITY = {'crf': '18', 'preset': 'veryfast'}   # good, and no slower than matching
 RATES = 0.1, 240.0      # frames per second
-LARGEST = 4096, 2304    # width and height of a frame in px: limits of players and encoders
+LARGEST_FRAME = 4096, 2304    # width and height of a frame in px: limits of players and encoders
 PANEL = 320, 1280       # least and largest width of a panel, px
 HEAD = 52               # height of the titles, px
-MARGIN = 8              # between texts, px
+TEXT_MARGIN = 8              # between texts, px
 BAR = 10                # height of a colour bar, px
 LETTERS = 0.5           # font scale of OpenCV
 WHITE = 235, 235, 235
@@ -43,8 +43,8 @@ class VideoFile:
     """
     A video file, which gets its name when it is closed and complete.
 
-    The first frame sets the size, rounded to even numbers and at most LARGEST. Larger frames are
-    reduced, smaller ones get a dark border.
+    The first frame sets the size, rounded to even numbers and at most LARGEST_FRAME. Larger frames
+    are reduced, smaller ones get a dark border.
     """
 
     def __init__(self, path, rate):
@@ -96,7 +96,7 @@ class VideoFile:
 
     def _begin(self, rows, columns):
         """Open the writer for frames of a size; raises ValueError if OpenCV cannot."""
-        shrink = min(1.0, LARGEST[0] / columns, LARGEST[1] / rows)
+        shrink = min(1.0, LARGEST_FRAME[0] / columns, LARGEST_FRAME[1] / rows)
         reduced = [max(1, round(side * shrink)) for side in (rows, columns)]
         self._size = tuple(side + side % 2 for side in reduced)
         if self._path.suffix == '.mp4' and find_spec('av') is not None:
@@ -227,14 +227,14 @@ def _sized(picture):
 def _headed(picture, title, begin, end, colours):
     """Return a picture below a head: a title, and a text or a colour bar with its ends."""
     head = np.full((HEAD, picture.shape[1], 3), INVALID_GREY, np.uint8)
-    _write(head, title, MARGIN, 20)
-    first = _write(head, begin, MARGIN, 42)
+    _write(head, title, TEXT_MARGIN, 20)
+    first = _write(head, begin, TEXT_MARGIN, 42)
     if colours is not None:
         width = cv2.getTextSize(end, cv2.FONT_HERSHEY_SIMPLEX, LETTERS, 1)[0][0]
-        last = picture.shape[1] - width - 2 * MARGIN
+        last = picture.shape[1] - width - 2 * TEXT_MARGIN
         levels = np.linspace(0, 255, last - first).astype(np.uint8)
         head[42 - BAR:42, first:last] = cv2.applyColorMap(levels[np.newaxis], colours)
-        _write(head, end, last + MARGIN, 42)
+        _write(head, end, last + TEXT_MARGIN, 42)
     return np.vstack([head, picture])
 
 
@@ -243,4 +243,4 @@ def _write(head, text, column, row):
     cv2.putText(head, text, (column, row), cv2.FONT_HERSHEY_SIMPLEX, LETTERS, WHITE, 1,
                 cv2.LINE_AA)
     width = cv2.getTextSize(text, cv2.FONT_HERSHEY_SIMPLEX, LETTERS, 1)[0][0]
-    return column + width + MARGIN
+    return column + width + TEXT_MARGIN

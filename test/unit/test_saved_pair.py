@@ -10,7 +10,7 @@ import shutil
 import tempfile
 
 from fuzzy_stereo_ros.matching import Match, MatcherConfig, StereoMatcher
-from fuzzy_stereo_ros.matching.beyond import MARGIN
+from fuzzy_stereo_ros.matching.beyond import EXTRA_LABELS
 from fuzzy_stereo_ros.matching.over_frames.state import (
     LONGEST_GAP_NS)
 from fuzzy_stereo_ros.matching.realtime.still_scene import SETTLED
@@ -307,7 +307,7 @@ DAMAGES = {
         'took part in the match, but the state is of another frame'),
     'a part of a state': (lambda folder: restored(folder, ages=None), "argument: 'ages'"),
     'labels beyond the range': (
-        lambda folder: restored(folder, labels=maps(60, 100, np.uint8) + 24 + MARGIN),
+        lambda folder: restored(folder, labels=maps(60, 100, np.uint8) + 24 + EXTRA_LABELS),
         'labels out of range'),
     'ages that are not numbers': (
         lambda folder: restored(folder, ages=np.full((2, 4, 7), np.nan, np.float32)),

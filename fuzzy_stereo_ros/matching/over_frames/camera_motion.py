@@ -14,12 +14,13 @@ import cv2
 from fuzzy_stereo_ros.matching.kernels.units import CONSISTENT
 import numpy as np
 
-CORNERS, APART = 200, 8     # corners at the most, and half-size pixels between two of them
+CORNERS, CORNERS_APART = 200, 8     # corners at the most, and half-size pixels between two of them
 QUALITY = 0.01              # least quality of a corner, relative to the best one
-WINDOW, LEVELS, STEPS, STEP = 11, 3, 10, 0.03   # of the flow: px, pyramid levels, rounds, px
+FLOW_WINDOW, FLOW_LEVELS = 11, 3        # px, pyramid levels
+FLOW_ROUNDS, FLOW_STEP = 10, 0.03       # at most; px, smaller ones end it
 FARTHEST = 1.0              # least px of disparity; farther corners hardly determine the shift
-ROUNDS, FITS, SURE = 100, 1.0, 0.999    # of RANSAC: poses, px of an inlier, probability
-FEWEST, SHARE = 20, 0.35    # corners that a pose needs, and the least share of inliers
+POSES_TRIED, INLIER, POSE_SURE = 100, 1.0, 0.999  # of RANSAC: poses, px of an inlier, probability
+FEWEST_CORNERS, INLIER_SHARE = 20, 0.35     # corners that a pose needs, the least share of inliers
 STANDS = 0.1                # px; median motion of corners below which the camera stands still
 FOLLOWED, STOOD, FEW_CORNERS, UNCLEAR = (
     'followed', 'stands', 'too little texture', 'no motion explains the corners')
@@ -59,18 +60,18 @@ def between(before, now, labels, validity, lowest, camera):
     lens = np.array([[camera.fx, 0, camera.cx], [0, camera.fy, camera.cy], [0, 0, 1]])
     if camera.moved is not None:
         return _motion(*camera.moved, lens), FOLLOWED
-    corners = cv2.goodFeaturesToTrack(before, CORNERS, QUALITY, APART)
-    if corners is None or len(corners) < FEWEST:
+    corners = cv2.goodFeaturesToTrack(before, CORNERS, QUALITY, CORNERS_APART)
+    if corners is None or len(corners) < FEWEST_CORNERS:
         return None, FEW_CORNERS
     found, status, _ = cv2.calcOpticalFlowPyrLK(
-        before, now, corners, None, winSize=(WINDOW, WINDOW), maxLevel=LEVELS,
-        criteria=(cv2.TERM_CRITERIA_EPS | cv2.TERM_CRITERIA_COUNT, STEPS, STEP))
+        before, now, corners, None, winSize=(FLOW_WINDOW, FLOW_WINDOW), maxLevel=FLOW_LEVELS,
+        criteria=(cv2.TERM_CRITERIA_EPS | cv2.TERM_CRITERIA_COUNT, FLOW_ROUNDS, FLOW_STEP))
     corners, found = corners.reshape(-1, 2), found.reshape(-1, 2)
     columns, rows = np.rint(corners).astype(np.intp).T
     disparities = labels[rows, columns] + np.float32(lowest)
     known = ((status.ravel() == 1) & (validity[rows, columns] == CONSISTENT)
              & (disparities > FARTHEST))
-    if np.count_nonzero(known) < FEWEST:
+    if np.count_nonzero(known) < FEWEST_CORNERS:
         return None, FEW_CORNERS
     there, here = (2.0 * places[known].astype(np.float64) + 0.5 for places in (corners, found))
     if np.median(abs(here - there).max(axis=1)) < STANDS:
@@ -88,9 +89,10 @@ def _pose(there, here, distances, lens):
     try:
         # OpenCV's RANSAC has a fixed seed: equal corners give equal poses
         fitted, turn, move, inliers = cv2.solvePnPRansac(
-            points, here, lens, None, iterationsCount=ROUNDS, reprojectionError=FITS,
-            confidence=SURE, flags=cv2.SOLVEPNP_P3P)
-        if not fitted or inliers is None or len(inliers) < max(FEWEST, SHARE * len(there)):
+            points, here, lens, None, iterationsCount=POSES_TRIED, reprojectionError=INLIER,
+            confidence=POSE_SURE, flags=cv2.SOLVEPNP_P3P)
+        fewest = max(FEWEST_CORNERS, INLIER_SHARE * len(there))
+        if not fitted or inliers is None or len(inliers) < fewest:
             return None
         chosen = inliers.ravel()
         pose = cv2.solvePnPRefineLM(points[chosen], here[chosen], lens, None, turn, move)

@@ -18,7 +18,7 @@ from fuzzy_stereo_ros.matching.over_frames.pictures import (
 from fuzzy_stereo_ros.matching.over_frames.state import FrameState, NO_COLOURS
 import numpy as np
 
-SURE = 0.5          # confidence from which a match is used to estimate the motion of the camera
+SURE_MATCH = 0.5     # confidence from which a match is used to estimate the motion of the camera
 IN_PLACE = 0.0, 0.0, 1.0, 0.0       # scale that leaves a disparity as it is
 LOUDER = (16 / 6)**0.5   # noise of a channel relative to B + 2 G + R, if channels are independent
 CHANNELS, OF_LUMINANCE = 3, 2       # number of channels; bits of the sum of their weights
@@ -173,7 +173,8 @@ class Inheritance:
         averaging = self._averaging
         return FrameState(
             averaging.pictures, averaging.ages, averaging.drifts, self._colours,
-            self._moving.state(cells, (confidence < SURE).astype(np.uint8)), own, None, 0, config)
+            self._moving.state(cells, (confidence < SURE_MATCH).astype(np.uint8)), own, None, 0,
+            config)
 
 
 def _upright(picture):

@@ -15,7 +15,7 @@ import numpy as np
 
 BRIGHTER = 0.001    # share of an image that may saturate
 SAMPLED = 8         # every SAMPLED-th row of an image of 8 bits is measured for its brightness
-DARK = 6            # largest number of bits that a dark image of 8 bits uses
+DARK_BITS = 6            # largest number of bits that a dark image of 8 bits uses
 NOISY = 0.5         # grey levels of noise above which a picture is noisy
 PLAINEST = 0.1       # share of the tiles, those of least second differences, that show noise
 _SECOND = 1.954      # mean size of second differences of white noise of 1
@@ -74,12 +74,12 @@ def luminance_shift(left, right):
         # Most pictures have more than few in some rows already.
         return all(np.count_nonzero(rows >= 1 << (bits - 1)) <= BRIGHTER * image.size
                    for image in images for rows in (image[::SAMPLED], image))
-    if not deep and not few_use(DARK + 1):      # most pictures: nothing else is counted
+    if not deep and not few_use(DARK_BITS + 1):      # most pictures: nothing else is counted
         return 16 - colour - 8
     bits = max(*(int(image.max()) for image in images), 1).bit_length()
     while bits > 1 and few_use(bits):
         bits -= 1
-    return 16 - colour - (bits if deep or bits <= DARK else 8)
+    return 16 - colour - (bits if deep or bits <= DARK_BITS else 8)
 
 
 def is_noisy(noise):

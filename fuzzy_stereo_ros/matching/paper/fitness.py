@@ -28,7 +28,7 @@ from fuzzy_stereo_ros.matching.paper.possibility import (
     FULL, LiteralPossibility, uniform_membership, UniformPossibility)
 import numpy as np
 
-NEAR = 1    # px within which two disparities are the same match
+SAME_MATCH = 1    # px within which two disparities are the same match
 
 
 def gradient_norm(grey):
@@ -79,11 +79,11 @@ class _Fitness:
         """
         Return the possibility of the best other match of each cell: uint8 (R, C), 255ths.
 
-        Other matches are farther than NEAR disparities from the chromosome's. chromosome:
+        Other matches are farther than SAME_MATCH disparities from the chromosome's. chromosome:
         integers (R, C), indices of disparities
         """
         framed, largest = self._framed(chromosome), np.zeros(self.planes.shape[1:], np.uint8)
-        pool.each(lambda band: fill_largest_elsewhere(self.planes, framed, NEAR, *band[1:],
+        pool.each(lambda band: fill_largest_elsewhere(self.planes, framed, SAME_MATCH, *band[1:],
                                                       largest), cut_bands(self._rows))
         return inside(largest)
 

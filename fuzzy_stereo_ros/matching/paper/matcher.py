@@ -18,7 +18,7 @@ from fuzzy_stereo_ros.matching.match import Match
 from fuzzy_stereo_ros.matching.over_frames.inheritance import Inheritance
 from fuzzy_stereo_ros.matching.paper import operators
 from fuzzy_stereo_ros.matching.paper.fitness import (
-    inside, LiteralFitness, NEAR, UniformFitness)
+    inside, LiteralFitness, SAME_MATCH, UniformFitness)
 from fuzzy_stereo_ros.matching.paper.population import Population
 from fuzzy_stereo_ros.matching.paper.possibility import FULL, slopes_of
 import numpy as np
@@ -27,9 +27,9 @@ SCATTERED = 0.1     # share of random genes in copies of the most possible map
 AROUND = 9          # side of the square whose mean certainty is a pixel's confidence
 # Share of right pixels by tenths of certainty, from every other Middlebury scene, with noise of 0
 # and 1.5 grey levels; `python -m bench paper` prints how true it is on other scenes.
-RIGHT = 0, 0.65, 0.77, 0.82, 0.87, 0.91, 0.95, 0.98, 0.994, 0.999, 1
+CALIBRATION = 0, 0.65, 0.77, 0.82, 0.87, 0.91, 0.95, 0.98, 0.994, 0.999, 1
 
-MUCH = 0.02         # share of unseen cells from which the most possible map is a chromosome
+UNSEEN_RESEEDED = 0.02  # share of unseen cells from which the most possible map is a chromosome
 UNSETTLED = 8.0     # share of confidence lost per share of growth of the fitness
 
 
@@ -167,7 +167,7 @@ class PaperMatcher:
         targets = columns - self._config.min_disparity - np.arange(
             self._config.disparities)[:, None]
         seen = (targets >= half) & (targets < columns.size - half)
-        comparable = seen.sum(axis=0) > 2 * NEAR + 1
+        comparable = seen.sum(axis=0) > 2 * SAME_MATCH + 1
         return np.maximum(possible - others, 0) * comparable / np.maximum(
             possible, np.float32(1 / FULL))
 
@@ -194,7 +194,7 @@ class PaperMatcher:
         if unseen > 0 or not (inherited or at_random):
             self._fitness.most_possible(self._most_possible)
         most_possible = inside(self._most_possible)
-        heirs = config.population - (unseen > MUCH and config.population > 1)
+        heirs = config.population - (unseen > UNSEEN_RESEEDED and config.population > 1)
 
         def initialise(slot, thread):
             genes, key = population.genes[slot], random.child(slot).key
@@ -218,7 +218,7 @@ class PaperMatcher:
         """
         best = self.population.genes[self.population.best]
         confidence = np.interp(10 * cv2.blur(self.certainty_of(best), (AROUND, AROUND)),
-                               range(11), RIGHT)
+                               range(11), CALIBRATION)
         confidence = (confidence * np.exp(-UNSETTLED * growth)).astype(np.float32)
         disparity = best + np.float32(self._config.min_disparity)
         if not self._config.fill:

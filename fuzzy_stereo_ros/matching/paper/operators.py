@@ -32,7 +32,7 @@ import numpy as np
 
 CELLS_A_PATCH = 48          # a mutation tries a patch for so many cells of the image
 FEW_CELLS = 0.25            # share of the cells; parents that differ in more are not crossed
-APART = 0.5                 # share of the generations before the first fusion
+FIRST_FUSION = 0.5                 # share of the generations before the first fusion
 FUSIONS = 10                # in a whole run, of which those before it are left out
 
 
@@ -230,7 +230,7 @@ def fuse_retained(tools, population, random):
     afterwards a tenth of it lies between two fusions.
     """
     number, planned = population.generation, tools.config.generations
-    if number < APART * planned or number % max(round(planned / FUSIONS), 1):
+    if number < FIRST_FUSION * planned or number % max(round(planned / FUSIONS), 1):
         return
     fittest, *others = fittest_first(population.totals)[:elite_size(
         len(population.totals), tools.config.elite)]

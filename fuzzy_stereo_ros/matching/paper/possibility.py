@@ -17,8 +17,8 @@ The uniform reading differs from Eq. 2 as printed in four points:
 * A match counts as possible if it is very possible, Zadeh's "very" being the square. The paper
   has no words for this.
 
-A match outside the target has no evidence for or against it: it counts in N as `OUTSIDE`, so that
-the cells around it decide.
+A match outside the target has no evidence for or against it: it counts in N as
+`OUTSIDE_POSSIBILITY`, so that the cells around it decide.
 """
 import math
 
@@ -36,8 +36,8 @@ GRADIENT_CENTRES = (-4.0, -2.0, 0.0, 2.0, 4.0)
 # Neighbouring classes cross at one half.
 GRADIENT_SIGMA = 1.0 / np.sqrt(2.0 * np.log(2.0))
 FULL = 255.0            # a possibility of 1 in the whole numbers of the kernels
-OUTSIDE = 40            # 255ths, of a match outside the target: about that of a poor match
-APART = 6               # cells on both sides of one over which a map rises
+OUTSIDE_POSSIBILITY = 40    # 255ths, of a match outside the target: about that of a poor match
+RISE_REACH = 6               # cells on both sides of one over which a map rises
 BENT = 1                # labels by which these rises may differ; more is a step between surfaces
 GRADIENT_STEPS = 8      # levels of a gradient a unit of its classes
 UNIFORM_SIGMA = 20.0    # grey levels, of the class of the colour at the middle of N
@@ -169,13 +169,14 @@ def slopes_of(labels, neighbourhood):
 def _slopes_across(labels, side):
     """Return the same along rows: float32 (R, C)."""
     rises, known = np.zeros((2, *labels.shape), np.float32)
-    before, middle, after = labels[:, :-2 * APART], labels[:, APART:-APART], labels[:, 2 * APART:]
+    before, middle, after = (
+        labels[:, :-2 * RISE_REACH], labels[:, RISE_REACH:-RISE_REACH], labels[:, 2 * RISE_REACH:])
     straight = np.abs(before - 2 * middle + after) <= BENT
-    rises[:, APART:-APART] = np.where(straight, after - before, 0)
-    known[:, APART:-APART] = straight
+    rises[:, RISE_REACH:-RISE_REACH] = np.where(straight, after - before, 0)
+    known[:, RISE_REACH:-RISE_REACH] = straight
     total, number = (cv2.boxFilter(values, -1, (side, side), normalize=False,
                                    borderType=cv2.BORDER_CONSTANT) for values in (rises, known))
-    return total / np.maximum(2 * APART * number, 1)
+    return total / np.maximum(2 * RISE_REACH * number, 1)
 
 
 class LiteralPossibility:
@@ -227,7 +228,7 @@ class UniformPossibility:
                                  np.append(uniform_membership(), np.float32(0)))
         self._min_disparity = config.min_disparity
         self._cells, self._along_rows = (
-            np.full(REACH + math.prod(shape), OUTSIDE, np.uint8)[REACH:].reshape(shape)
+            np.full(REACH + math.prod(shape), OUTSIDE_POSSIBILITY, np.uint8)[REACH:].reshape(shape)
             for _ in range(2))
         self._flat = np.zeros((2, rows, columns), np.float32)
         self._steepest = REACH / max(config.neighbourhood // 2, 1)
@@ -243,14 +244,14 @@ class UniformPossibility:
         """
         across, down = self._flat if slopes is None else np.clip(
             slopes, -self._steepest, self._steepest)
-        labels = self._disparities, OUTSIDE
+        labels = self._disparities, OUTSIDE_POSSIBILITY
 
         def describe(side):
             self._levels[side] = class_levels((left, right)[side])
 
         def match(band):
             fill_class_possibility(self._tables, tuple(self._levels), self._min_disparity,
-                                   self._disparities, OUTSIDE, *band[1:], self._cells)
+                                   self._disparities, OUTSIDE_POSSIBILITY, *band[1:], self._cells)
 
         def average_along_rows(band):
             average_over_uniform(self._cells, colours, self._weights, across, labels, False,

@@ -10,12 +10,12 @@ difference is estimated from matches of `realtime`, whose census does not depend
 import cv2
 import numpy as np
 
-SURE = 0.5          # confidence from which a match counts
-STEP, SIDE = 4, 3   # px from one compared pixel to the next; side of the squares of their means
+SURE_MATCH = 0.5          # confidence from which a match counts
+PIXEL_STEP, SIDE = 4, 3   # px from one compared pixel to the next; side of the squares averaged
 DARKEST, BRIGHTEST = 2, 250     # grey levels of a mean between which nothing is clipped
-LEAST = 8.0         # mean change of grey levels; of one exposure, cameras differ by up to 6
-FEWEST = 500        # matches that a fit needs
-ROUNDS, OUTLIER = 6, 4.0    # of the fit; deviations from which a match does not count
+LEAST_CHANGE = 8.0         # mean change of grey levels; of one exposure, cameras differ by up to 6
+FEWEST_MATCHES = 500        # matches that a fit needs
+FIT_ROUNDS, OUTLIER = 6, 4.0    # of the fit; deviations from which a match does not count
 SCALE = 255         # grey levels of a colour of 1
 
 
@@ -26,8 +26,8 @@ def exposed_alike(left, right, match):
     left, right: uint8 (R, C, 3); match: a `Match` of the left image, px
     """
     rows, columns = match.disparity.shape
-    row, column = np.mgrid[STEP // 2:rows:STEP, STEP // 2:columns:STEP]
-    sure = (match.confidence[row, column] > SURE) & np.isfinite(match.disparity[row, column])
+    row, column = np.mgrid[PIXEL_STEP // 2:rows:PIXEL_STEP, PIXEL_STEP // 2:columns:PIXEL_STEP]
+    sure = (match.confidence[row, column] > SURE_MATCH) & np.isfinite(match.disparity[row, column])
     row, column = row[sure], column[sure]
     seen = column - np.rint(match.disparity[row, column]).astype(np.int64)
     inside = (seen >= 0) & (seen < columns)
@@ -36,7 +36,7 @@ def exposed_alike(left, right, match):
         (left, column), (right, seen)))
     counts = ((np.minimum(wanted, found) >= DARKEST)
               & (np.maximum(wanted, found) <= BRIGHTEST)).all(axis=1)
-    if np.count_nonzero(counts) < FEWEST:
+    if np.count_nonzero(counts) < FEWEST_MATCHES:
         return right
     colour = (found[counts] / SCALE).ravel()
     across, down = (np.repeat(2 * place[counts] / side - 1, 3)
@@ -48,7 +48,7 @@ def exposed_alike(left, right, match):
     gain = sum(weight * term for weight, term in zip(shading, _shading(across, down)))
     colour = right / SCALE
     exposed = SCALE * (offset + colour * (gain[..., None] + bend * colour))
-    if abs(exposed - right).mean() < LEAST:
+    if abs(exposed - right).mean() < LEAST_CHANGE:
         return right
     return np.clip(np.rint(exposed), 0, SCALE).astype(np.uint8)
 
@@ -61,7 +61,7 @@ def _shading(across, down):
 def _fit(terms, wanted):
     """Return the weights of terms, float64 (N, T), by biweights: matches may be wrong."""
     trust = np.ones_like(wanted)
-    for _ in range(ROUNDS):
+    for _ in range(FIT_ROUNDS):
         weighted = trust[:, None] * terms
         weights = np.linalg.lstsq(weighted.T @ terms, weighted.T @ wanted, rcond=None)[0]
         apart = abs(wanted - terms @ weights)

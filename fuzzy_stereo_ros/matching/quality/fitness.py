@@ -13,10 +13,10 @@ from fuzzy_stereo_ros.matching.kernels.planes import costs as kernels
 from fuzzy_stereo_ros.matching.kernels.planes.plane import disparities_of
 import numpy as np
 
-RADIUS, STRIDE = 2, 2            # of supports: 5 x 5 pixels, every other one
+SUPPORT_RADIUS, SUPPORT_STRIDE = 2, 2            # of supports: 5 x 5 pixels, every other one
 SUPPORT_COLOUR, SUPPORT_DISTANCE = 20.0, 8.0     # grey levels summed over channels; px
 LEAST_PURE = 0.1                 # share of a pixel of a support, whatever lies around it
-MOST = 3.0                       # largest difference of neighbours' planes that counts, px
+LARGEST_DIFFERENCE = 3.0         # largest difference of neighbours' planes that counts, px
 EDGE, LEAST_EDGE = 10.0, 0.005   # difference of colours at which smoothness falls to 1 / e; floor
 STRONG_TEXTURE = 0.3             # share of smoothness that counts where texture is strong
 UNTRUSTED = 5                    # trust in a match, of TRUSTED, where the views disagree
@@ -34,15 +34,15 @@ class PlaneFitness:
         """Allocate."""
         self._bands, self.disparities_searched = cut_bands(rows), disparities
         shape = rows, columns
-        side = 2 * RADIUS + 1
+        side = 2 * SUPPORT_RADIUS + 1
         self._supports = kernels.Supports(
-            STRIDE, np.zeros((*shape, side, side), np.uint8), np.zeros(shape, np.uint16))
+            SUPPORT_STRIDE, np.zeros((*shape, side, side), np.uint8), np.zeros(shape, np.uint16))
         self._penalties = kernels.PlanePenalties(
-            *(np.zeros(shape, np.float32) for _ in range(2)), np.float32(MOST))
+            *(np.zeros(shape, np.float32) for _ in range(2)), np.float32(LARGEST_DIFFERENCE))
         self.trusted = np.ones(shape, np.bool_)
         self._sums = np.zeros(rows, np.int64)
         self._by_colour = (255 * np.exp(-np.arange(766) / SUPPORT_COLOUR)).astype(np.float32)
-        distance = np.arange(-RADIUS, RADIUS + 1) * STRIDE
+        distance = np.arange(-SUPPORT_RADIUS, SUPPORT_RADIUS + 1) * SUPPORT_STRIDE
         self._by_distance = np.exp(
             -distance**2 / (2 * SUPPORT_DISTANCE**2)).astype(np.float32)
         self.largest = kernels.UNIT * rows * columns
@@ -78,7 +78,7 @@ class PlaneFitness:
         even, all_of_it = np.ones_like(self._by_distance), np.ones(colour.shape[:2], np.float32)
         fill(1, even, all_of_it)        # the pixels that a census compares
         pure = self._supports.masses / np.float32(255 * even.size**2)
-        fill(STRIDE, self._by_distance, np.maximum(pure, np.float32(LEAST_PURE)))
+        fill(SUPPORT_STRIDE, self._by_distance, np.maximum(pure, np.float32(LEAST_PURE)))
 
     def trust_consistent(self, consistent):
         """Trust matches in full where the views agree, bool (R, C), and little elsewhere."""

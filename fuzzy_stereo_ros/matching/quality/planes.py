@@ -72,10 +72,10 @@ def segments_of(roots):
     return found
 
 
-RADIUS, LIMIT = 4, 0.6   # of local planes: px, px that neighbours may differ by
+PLANE_RADIUS, LIMIT = 4, 0.6   # of local planes: px, px that neighbours may differ by
 GROWTH = 0.25            # of the limit: by this share of it a px of distance
 PLANE_COLOUR = 15.0      # grey levels, summed over channels, at which a neighbour counts 1 / e
-ROUNDS, AGREEMENT = 60, 0.7              # random planes tried a region; px by which pixels agree
+PLANES_TRIED, AGREEMENT = 60, 0.7        # random planes tried a region; px by which pixels agree
 _PARTS = 8                               # of the regions of an image, for threads
 
 
@@ -83,7 +83,7 @@ def local_planes(pool, disparity, colour):
     """Return planes around pixels; disparity: float32 (R, C), px; colour: uint8 (R, C, 3)."""
     rows, columns = disparity.shape
     planes = np.empty((rows, 3, columns), np.float32)
-    around = tuple(neighbours(RADIUS, LIMIT))
+    around = tuple(neighbours(PLANE_RADIUS, LIMIT))
     pool.each(lambda band: fits.local_planes(
         disparity, colour, around, planes, *band[1:]), cut_bands(rows))
     return planes
@@ -105,7 +105,7 @@ def region_planes(pool, disparity, trusted, regions, random):
     largest, key = int(np.diff(regions.starts).max()), random.key
     edges = [regions.number * part // _PARTS for part in range(_PARTS + 1)]
     pool.each(lambda part: fits.region_planes(
-        disparity, trusted, regions[1:], (ROUNDS, np.float32(AGREEMENT), 1.0, key),
+        disparity, trusted, regions[1:], (PLANES_TRIED, np.float32(AGREEMENT), 1.0, key),
         np.zeros((3, largest), np.float32), planes, *part), list(zip(edges, edges[1:])))
     return planes
 

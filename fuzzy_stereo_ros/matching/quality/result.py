@@ -7,21 +7,21 @@ from fuzzy_stereo_ros.matching.kernels.planes.costs import UNIT
 from fuzzy_stereo_ros.matching.kernels.possibility.fuzzy_costs import FULL
 from fuzzy_stereo_ros.matching.kernels.refinement.consistency import compare_views
 from fuzzy_stereo_ros.matching.kernels.units import CONSISTENT, INVALID
-from fuzzy_stereo_ros.matching.quality.fitness import RADIUS, STRIDE
+from fuzzy_stereo_ros.matching.quality.fitness import SUPPORT_RADIUS, SUPPORT_STRIDE
 from fuzzy_stereo_ros.matching.quality.planes import listed, planes_of, region_planes
 from fuzzy_stereo_ros.matching.realtime.refinement import AROUND, reject_speckles
 import numpy as np
 
-MOST = 1.0               # px by which the views may differ
-NEAR, SEED_SHARE = 1.0, 0.7     # px within which the seed counts as well, and its share
+VIEWS_DIFFER = 1.0               # px by which the views may differ
+SEED_NEAR, SEED_SHARE = 1.0, 0.7     # px within which the seed counts as well, and its share
 FLAT, FLAT_SHARE = 0.3, 0.8      # px within which such a share of a segment lies in a plane
-FLAT_LEAST, FAR = 100, 0.5       # least trusted px of it; px from the plane that are not changed
+FLAT_LEAST, OFF_PLANE = 100, 0.5    # least trusted px of it; px from the plane that stay
 ELSEWHERE = -8, -3, 3, 8  # px, where matches are compared with the one found
-REACH = RADIUS * STRIDE   # px of a support that must lie within the other image too
+SUPPORT_REACH = SUPPORT_RADIUS * SUPPORT_STRIDE   # px that must lie within the other image too
 FAINT = 0.004            # contrast with these at which certainty is one half
 LEAST_SURE = 0.02        # mean certainty below which confidence is 0
 # Share of right pixels in steps of 0.1 of certainty, see realtime/refinement.py.
-RIGHT = 0, 0.66, 0.8, 0.91, 0.95, 0.98, 0.997, 0.999, 1, 1, 1
+CALIBRATION = 0, 0.66, 0.8, 0.91, 0.95, 0.98, 0.997, 0.999, 1, 1, 1
 CLEAR_MARGIN = 0.4       # summed cost, parts of FULL, by which the best label elsewhere is worse
 
 
@@ -29,7 +29,7 @@ def compare(pool, disparity, other, lowest):
     """Return the validity of each pixel by the mirrored other view's map: see compare_views."""
     validity = np.empty(disparity.shape, np.uint8)
     pool.each(lambda band: compare_views(
-        disparity, other, lowest, np.float32(MOST), validity, band[1], band[2]),
+        disparity, other, lowest, np.float32(VIEWS_DIFFER), validity, band[1], band[2]),
         cut_bands(len(disparity)))
     return validity
 
@@ -45,7 +45,7 @@ def averaged_with_seed(disparity, seed):
 
     The seed is measured pixel by pixel, a plane over a region: they err in different ways.
     """
-    near = abs(disparity - seed.surface) <= NEAR
+    near = abs(disparity - seed.surface) <= SEED_NEAR
     return disparity + near * np.float32(SEED_SHARE) * (seed.surface - disparity)
 
 
@@ -66,7 +66,7 @@ def averaged_with_planes(view, disparity, surface, random):
                                        dtype=np.int32)
                        for chosen in (trusted, trusted & (apart < FLAT)))
         flat = (known > FLAT_LEAST) & (near >= FLAT_SHARE * known)
-        result = np.where(flat[labels] & (apart < FAR), (disparity + plane) / 2, result)
+        result = np.where(flat[labels] & (apart < OFF_PLANE), (disparity + plane) / 2, result)
     return result
 
 
@@ -83,7 +83,7 @@ def certainty(view, seed, lowest):
     alone = margins / (margins + np.float32(CLEAR_MARGIN * FULL))
     unlike = contrast(view, disparity, lowest)
     return (possible * alone * (unlike / (unlike + np.float32(FAINT)))
-            * (abs(disparity - seed.labels) <= MOST))
+            * (abs(disparity - seed.labels) <= VIEWS_DIFFER))
 
 
 def contrast(view, disparity, lowest):
@@ -100,8 +100,8 @@ def contrast(view, disparity, lowest):
     for away in ELSEWHERE:
         np.add(view.planes[:, 2], np.float32(away), out=moved[:, 2])
         inside = ((disparity + away >= 0) & (disparity + away <= highest)
-                  & (pointed - away >= REACH)
-                  & (pointed - away < disparity.shape[1] - REACH))
+                  & (pointed - away >= SUPPORT_REACH)
+                  & (pointed - away < disparity.shape[1] - SUPPORT_REACH))
         excess = view.fitness.match_costs(view.pool, moved, inside) - view.match_costs
         total += np.where(inside, excess, 0)
         number += inside
@@ -126,7 +126,7 @@ def refine(pool, config, population, seed, random):
     sure = certainty(left, seed, config.min_disparity) * agreed
     confidence = cv2.blur(sure, (AROUND, AROUND)) * agreed
     confidence[confidence < LEAST_SURE] = 0
-    confidence = np.interp(10 * confidence, range(11), RIGHT).astype(np.float32)
+    confidence = np.interp(10 * confidence, range(11), CALIBRATION).astype(np.float32)
     return without_uncertain(config, disparity + np.float32(config.min_disparity), confidence)
 
 

@@ -27,7 +27,7 @@ PARENT_RADIUS, PARENT_LIMIT = 6, 1.5     # of the local planes that make a paren
 OUTPUT_RADIUS, OUTPUT_LIMIT = 4, 0.6     # and of those of the result
 DEAD_ZONE, CUT = 1.0, 4.0    # px from the parent where a child's bias begins to cost, and its most
 WEAK_TEXTURE = 6.0       # mean step of grey at which the weakness of texture falls to 1 / e
-STEPS = Steps(slope=0.16, free=0.25, jump=4.0, apart=0.5)
+SMOOTHNESS_STEPS = Steps(slope=0.16, free=0.25, jump=4.0, apart=0.5)
 
 
 class Differing(NamedTuple):
@@ -38,7 +38,7 @@ class Differing(NamedTuple):
     least: int               # px, size
 
 
-WHOLE, PARTS = Differing(1.0, 9, 1600), Differing(0.5, 5, 100)
+WHOLE, PARTIAL = Differing(1.0, 9, 1600), Differing(0.5, 5, 100)
 
 
 class ChildSettings(NamedTuple):
@@ -142,7 +142,7 @@ class ScanlineSeed:
             seed.surface[:] = children[0]
             costs = self._costs_of(children, surface)
             for other, its_costs in zip(children[1:], costs[1:]):
-                fitness.cross(seed.surface, costs[0], other, its_costs, STEPS)
+                fitness.cross(seed.surface, costs[0], other, its_costs, SMOOTHNESS_STEPS)
         seed.surface[:] = dense.smooth(self._pool, seed.surface, self._colour, OUTPUT_RADIUS,
                                        OUTPUT_LIMIT)
         return len(children) == len(CHILDREN)
@@ -192,7 +192,7 @@ def parent_of(inherited, fresh, noisy):
     inherited, fresh: float32 (R, C), px, of the previous frame and of `realtime`; noisy: whether
     the pictures are noisy
     """
-    differing = PARTS if noisy else WHOLE
+    differing = PARTIAL if noisy else WHOLE
     apart = (abs(inherited - fresh) > differing.apart).astype(np.uint8)
     wide = cv2.morphologyEx(apart, cv2.MORPH_OPEN, np.ones((differing.square,) * 2, np.uint8))
     _, regions, measures, _ = cv2.connectedComponentsWithStats(wide, connectivity=4)

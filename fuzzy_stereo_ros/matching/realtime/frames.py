@@ -32,20 +32,20 @@ from fuzzy_stereo_ros.matching.realtime.operators import GreyRegions, parts_of_r
 import numpy as np
 
 MUTATION = 0.5           # share of the generations that propose planes; the others cross
-SHARE = 4                # such a generation works on 1 / SHARE of the picture
+PICTURE_PARTS = 4                # such a generation works on 1 / PICTURE_PARTS of the picture
 QUIET, OLDEST = 0.5, 16  # planes evolve where this noise is left, or after so many frames
-REACH, STEEPEST = 2, 1.5     # tangent planes: cells between which slopes are taken; px of a jump
+TANGENT_REACH, JUMP = 2, 1.5    # tangents: cells between which slopes are taken; px of a jump
 CLEAR = 24               # margin of a label in the search from which there is no doubt
 UNTRUSTED = 5            # trust in a match, of TRUSTED, that is hidden or not consistent
-MOST = 3.0               # largest difference of neighbours' planes that counts, px
+LARGEST_DIFFERENCE = 3.0               # largest difference of neighbours' planes that counts, px
 SMOOTH = 0.18            # cost of 1 px of difference without an edge, in impossible matches
 EDGE, LEAST_EDGE = 3.3, 0.005    # step of 16 * root of grey at which it falls to 1 / e; floor
 DEMANDS = Demands(far=np.float32(0.5), price=0, least=100)   # of regions that move
-STEPS = 256, 2048        # grey, in 1 / 256, by which a cell may differ from its run: from, to
-APART = 0.3, 0.7         # share of it by which the means of joined runs may differ: from, to
-OVERLAP, SMALLEST = 6, 40    # cells by which joined runs overlap; cells of a region
-ROUNDS, AGREEMENT = 20, 0.7      # random planes tried a region; px by which cells agree
-NEAR, FLAT = 1.0, 0.45    # px from its plane; least share of a region's trusted cells within it
+RUN_STEPS = 256, 2048        # grey, in 1 / 256, by which a cell may differ from its run: from, to
+RUN_APART = 0.3, 0.7         # share of it by which the means of joined runs may differ: from, to
+RUN_OVERLAP, SMALLEST_REGION = 6, 40    # cells by which joined runs overlap; cells of a region
+PLANES_TRIED, AGREEMENT = 20, 0.7      # random planes tried a region; px by which cells agree
+ON_PLANE, LEAST_ON_PLANE = 1.0, 0.45    # px from a plane; share of a region's trusted cells there
 STALE = 1.0              # px from the map of this frame at which evolved genes are crossed with it
 NEW = 0.75               # px from a label at which an evolved gene replaces it
 ROOT_PARTS = 64          # steps of a root of grey in the table
@@ -83,13 +83,13 @@ class FrameEvolution:
         """Allocate; possibility: the `CensusPossibility` of full images."""
         shape = self._shape = possibility.rows // 2, possibility.columns // 2
         of_planes = shape[0], 3, shape[1]
-        cells, most = shape[0] * shape[1], shape[0] * shape[1] // SMALLEST + 1
+        cells, most = shape[0] * shape[1], shape[0] * shape[1] // SMALLEST_REGION + 1
         self._possibility = possibility
         self._highest = np.float32(possibility.disparities - 1)
         self._exchange = Exchange(*shape, 4)
         self._cut = Cut(*shape, 4)
         across, down, self._current, self._proposed = (zeros(shape, np.float32) for _ in range(4))
-        self._penalties = PlanePenalties(across, down, np.float32(MOST))
+        self._penalties = PlanePenalties(across, down, np.float32(LARGEST_DIFFERENCE))
         self._map = CellMap(
             zeros(shape, np.float32), zeros(of_planes, np.float32),
             *(zeros(shape, np.bool_) for _ in range(2)))
@@ -180,10 +180,10 @@ class FrameEvolution:
         def follow(band):
             rows = band[1:]
             grid.sample_map(frame_map, margins, CLEAR, genes.origin, tuple(cell_map),
-                            self._doubts, *widened(band, REACH, self._shape[0]))
+                            self._doubts, *widened(band, TANGENT_REACH, self._shape[0]))
             grid.edge_weights(half_luminance, self._roots, self._by_step, *self._penalties[:2],
                               *rows)
-            grid.follow_map(tuple(cell_map), REACH, np.float32(STEEPEST), tuple(genes),
+            grid.follow_map(tuple(cell_map), TANGENT_REACH, np.float32(JUMP), tuple(genes),
                             self._highest, self._current, *rows)
             grid.trust_visible(
                 self._current, cell_map.consistent, genes.origin,
@@ -205,12 +205,12 @@ class FrameEvolution:
         rank_regions(regions, self._doubts, self.carried.proposals, *known)
         cells, doubt, proposals = known
         order = np.argsort(-(1 + doubt / cells) / (1 + proposals / cells), kind='stable')
-        number = choose_regions(order, cells, self._labels.size // SHARE,
+        number = choose_regions(order, cells, self._labels.size // PICTURE_PARTS,
                                 self._chosen[:number], starts)
         region_pixels, planes = (starts[:number + 1], self._pixels), self._planes[:number]
         list_chosen(regions, self._chosen, region_pixels, self._ends[:number], self._labels,
                     self._selected, self.carried.proposals)
-        tried = ROUNDS, np.float32(AGREEMENT), 1.0, random.key
+        tried = PLANES_TRIED, np.float32(AGREEMENT), 1.0, random.key
 
         def fit(part):
             first, last = part
@@ -218,7 +218,7 @@ class FrameEvolution:
             region_planes(self._map.disparities, self._trusted, region_pixels, tried, own, planes,
                           first, last)
             reject_bent(planes[first:last], (starts[first:last + 1], self._pixels),
-                        self._map.disparities, self._trusted, np.float32(NEAR), FLAT,
+                        self._map.disparities, self._trusted, np.float32(ON_PLANE), LEAST_ON_PLANE,
                         self._selected)
         chain = Chain(self._pool)
         chain.each(fit, parts_of_regions(starts[:number + 1]))
@@ -249,10 +249,10 @@ class FrameEvolution:
     def _grown(self, random):
         """Return the regions of random thresholds, as `GreyRegions.grown`."""
         draws = random.uniform(2)
-        step = int(STEPS[0] * (STEPS[1] / STEPS[0])**draws[0])
-        apart = int(step * (APART[0] + (APART[1] - APART[0]) * draws[1]))
+        step = int(RUN_STEPS[0] * (RUN_STEPS[1] / RUN_STEPS[0])**draws[0])
+        apart = int(step * (RUN_APART[0] + (RUN_APART[1] - RUN_APART[0]) * draws[1]))
         self._grey_regions.grow(self._pool, self._half_luminance, self._everywhere,
-                                Likeness(step, apart, OVERLAP), SMALLEST)
+                                Likeness(step, apart, RUN_OVERLAP), SMALLEST_REGION)
         return self._grey_regions.grown
 
     def _measure(self, chain, parents):

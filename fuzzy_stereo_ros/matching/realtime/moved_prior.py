@@ -15,13 +15,13 @@ from fuzzy_stereo_ros.matching.kernels.temporal import warp
 from fuzzy_stereo_ros.matching.over_frames.moving_camera import to_pixels
 import numpy as np
 
-AROUND = 3           # cells of a side of the square in which distances of census are summed
+CENSUS_SIDE = 3           # cells of a side of the square in which distances of census are summed
 # largest sum of distances of a trusted moved label: less than by chance, 12 bits a cell
-UNLIKE = 10 * AROUND**2
+UNLIKE = 10 * CENSUS_SIDE**2
 LIKELIER = 4         # by which its sum must be below that of the half map where they differ
-NEAR, FLAT = 3, 3    # labels by which they may differ; largest range of labels in 3 x 3 cells
+AGREEING, FLAT = 3, 3    # labels by which they may differ; largest range of labels in 3 x 3 cells
 LONGEST = 3          # largest strength, reached by labels that survived so many frames
-NOTHING = np.zeros((0, 0), np.uint32), np.zeros((0, 0), np.uint8)
+NO_CENSUS = np.zeros((0, 0), np.uint32), np.zeros((0, 0), np.uint8)
 
 
 class MovedPrior:
@@ -55,16 +55,17 @@ class MovedPrior:
         back = moving.kernel_motion(to_pixels(moving.motion.back))
         both = self._packed_census(pool, census), own.census
         pool.each(lambda band: warp.census_distances(
-            moving.moved, half.labels, NEAR, back, both, self._distances, band[1], band[2]),
+            moving.moved, half.labels, AGREEING, back, both, self._distances, band[1], band[2]),
             self._bands)
-        summed = tuple(cv2.boxFilter(found, cv2.CV_16U, (AROUND, AROUND), normalize=False)
+        side = CENSUS_SIDE, CENSUS_SIDE
+        summed = tuple(cv2.boxFilter(found, cv2.CV_16U, side, normalize=False)
                        for found in self._distances)
         highest = previous.config.disparities - 1
 
         def write_band(band):
             warp.trusted_moved(
                 (moving.moved, moving.source), (previous.camera.cell_validity, own.survived),
-                half.labels, summed, (UNLIKE, NEAR, LIKELIER, FLAT, LONGEST), self._strengths,
+                half.labels, summed, (UNLIKE, AGREEING, LIKELIER, FLAT, LONGEST), self._strengths,
                 band[1], band[2])
             warp.moved_prior((moving.moved, self._strengths), highest, above, labels, weights,
                              self._labels, band[1], band[2])
@@ -83,7 +84,7 @@ class MovedPrior:
         moving = self._moving
         cells = np.empty_like(moving.moved)
         if not moving.known:
-            return cells, *NOTHING
+            return cells, *NO_CENSUS
         survived = np.zeros(cells.shape, np.uint8)
         before = survived if moving.motion is None else previous.own.survived
         pool.each(lambda band: warp.note_survivors(

@@ -17,11 +17,11 @@ from fuzzy_stereo_ros.matching.kernels.refinement import filling
 import numpy as np
 
 LIKENESS = segments.Likeness(step=768, apart=384, overlap=6)    # of half-size pixels
-LEAST = 60           # half-size pixels of a region
-POINTS = 200         # of a region, at most, that its plane is fitted to
+LEAST_REGION = 60           # half-size pixels of a region
+MOST_POINTS = 200         # of a region, at most, that its plane is fitted to
 PARTS = 8            # of the regions, of as many points each, for threads
-ROUNDS, AGREEMENT, ENOUGH = 24, np.float32(0.7), 0.9    # of RandomPlanes
-SHARE = 0.6          # of a region's points that must lie within 1 px of its plane
+PLANES_TRIED, AGREEMENT, ENOUGH = 24, np.float32(0.7), 0.9    # of RandomPlanes
+ON_PLANE_SHARE = 0.6          # of a region's points that must lie within 1 px of its plane
 
 
 class Population:
@@ -123,7 +123,7 @@ class WeakRegions:
         """Allocate for the size of the `CensusPossibility` of full images; labels of a type."""
         rows, columns = possibility.rows, possibility.columns
         self._possibility, self._regions = possibility, GreyRegions(rows // 2, columns // 2)
-        pixels, most = (rows // 2) * (columns // 2), (rows // 2) * (columns // 2) // LEAST
+        pixels, most = (rows // 2) * (columns // 2), (rows // 2) * (columns // 2) // LEAST_REGION
         self._tally, self._starts = zeros((most, 3), np.int32), zeros(most + 1, np.int32)
         self._points = zeros((3, pixels), np.float32)
         self._planes = zeros((most, 3), np.float32)
@@ -136,7 +136,7 @@ class WeakRegions:
         pool: a ThreadPool, or a Chain; luminance: uint16, the half-size picture with a margin;
         weak: uint8 (r, c), where texture is weak
         """
-        self._regions.grow(pool, luminance, weak, LIKENESS, LEAST)
+        self._regions.grow(pool, luminance, weak, LIKENESS, LEAST_REGION)
 
     def gather(self, pool, chosen, validity, needs):
         """
@@ -149,8 +149,8 @@ class WeakRegions:
             regions, number = self._regions.grown
             starts = self._starts[:number + 1]
             segments.gather_points(
-                regions, POINTS, chosen.labels, chosen.offsets, validity, self._tally[:number],
-                starts, self._points)
+                regions, MOST_POINTS, chosen.labels, chosen.offsets, validity,
+                self._tally[:number], starts, self._points)
             self._parts = parts_of_regions(starts)
         pool.each(gather, [validity], needs)
 
@@ -160,11 +160,12 @@ class WeakRegions:
 
         pool: a ThreadPool, or a Chain; parent: (R, C) labels, the other genes
         """
-        rules = ROUNDS, AGREEMENT, ENOUGH, random.key
+        rules = PLANES_TRIED, AGREEMENT, ENOUGH, random.key
 
         def fit(part):
             segments.fit_planes(
-                self._points, self._starts, rules, SHARE, self._planes, *self._parts[part])
+                self._points, self._starts, rules, ON_PLANE_SHARE, self._planes,
+                *self._parts[part])
 
         def write(band):
             _, first, last = band

@@ -20,10 +20,10 @@ from fuzzy_stereo_ros.matching.kernels.simd import LANES
 from fuzzy_stereo_ros.matching.realtime.operators import GreyRegions
 import numpy as np
 
-PLAIN = 1.4          # grey levels over 2 px of a smoothed picture, below which it is plain
+PLAIN_STEP = 1.4          # grey levels over 2 px of a smoothed picture, below which it is plain
 BURNT = 254          # grey levels; burnt out from here on
 NEAREST = 3          # px of disparity; below it vignette, dust and the sensor's pattern match
-LEAST = 0.01         # of the picture, for a region to vote
+LEAST_REGION = 0.01         # of the picture, for a region to vote
 ANY_GREY = Likeness(step=2**16, apart=2**16, overlap=1)     # of the plain pixels of a region
 CLIP, LEAST_CLIP = 3.75, 12   # of mean sizes at which a band is clipped; in 1/64 grey level
 PARTS = 8            # of the regions, for threads
@@ -51,7 +51,7 @@ class Texture:
     def mark(self, first, last):
         """Mark the plain pixels of some rows, once all of the half-size view is read."""
         plain_masks.plain_mask(self.half.luminance, self.half.columns, BURNT << 8,
-                               int(64 * PLAIN), tuple(self.plain), first, last)
+                               int(64 * PLAIN_STEP), tuple(self.plain), first, last)
 
     def split(self, existing, band):
         """
@@ -108,7 +108,7 @@ class PlainRegions:
         self._left = Texture(full.left, half.left, 0)
         self._right = Texture(full.right, half.right, self._labels + 1)
         self._regions = GreyRegions(rows, columns)
-        self._least = max(int(LEAST * rows * columns), 1)
+        self._least = max(int(LEAST_REGION * rows * columns), 1)
         self._cells = -(-rows // kernels.ROWS), -(-2 * columns // kernels.COLUMNS)
         self._base = full.left.columns - 1
         first, last = self._base - full.target_range[1], self._base - full.target_range[0]

@@ -27,7 +27,7 @@ class Model(NamedTuple):
     box: int                # 0, or costs are sums of 3 x 3 pixels / 2**box
     small: int              # P1, a change of disparity by one
     jump: int               # P2, a jump, where grey is flat
-    jump_at_edge: int       # P2 where grey steps by EDGE or more
+    jump_at_edge: int       # P2 where grey steps by GREY_EDGE or more
     least_step: int         # of a darker pixel in the census, more than so many 1/256 grey level
 
     @property
@@ -43,7 +43,7 @@ JPEG_SIZE = FULL_SIZE._replace(least_step=128)
 COARSE_SIZE = FULL_SIZE._replace(least_step=320, jump=104)
 HALF_SIZE = Model(near_weight=1, census_cut=10, slope_cut=4, box=2, small=22, jump=105,
                   jump_at_edge=34, least_step=0)
-EDGE = 20           # grey levels of 8 bits
+GREY_EDGE = 20           # grey levels of 8 bits
 
 
 class CensusPicture(Picture):
@@ -131,7 +131,7 @@ class CensusPossibility:
         model = self.model
         features.jump_penalties(
             self.left.edges, model.jump, model.jump_at_edge,
-            -(-256 * (model.jump - model.jump_at_edge) // EDGE), self.penalties.across,
+            -(-256 * (model.jump - model.jump_at_edge) // GREY_EDGE), self.penalties.across,
             self.penalties.down, first, last)
 
 

@@ -18,14 +18,14 @@ from fuzzy_stereo_ros.matching.kernels.refinement.consistency import (
 from fuzzy_stereo_ros.matching.kernels.simd import LANES
 import numpy as np
 
-ALIKE = 20           # grey levels within which neighbours belong to a pixel's class
+CLASS_ALIKE = 20           # grey levels within which neighbours belong to a pixel's class
 AROUND = 9           # side of the square whose mean certainty a pixel's confidence is made of
 MEDIAN = 5           # side of the square of the last median of labels
 # Share of right pixels, in steps of 0.1 of mean certainty times the share of agreeing neighbours.
 # Calibrated on every other Middlebury scene and synthetic ones, colour and grey, with noise of 0,
 # 1.5 and 3 grey levels, cold and warm, sharp and blurred; `python -m bench accuracy` prints how
 # true it is on other scenes.
-RIGHT = 0, 0.536, 0.692, 0.809, 0.905, 0.955, 0.986, 0.999, 1, 1, 1     # concave
+CALIBRATION = 0, 0.536, 0.692, 0.809, 0.905, 0.955, 0.986, 0.999, 1, 1, 1     # concave
 
 
 class Speckles:
@@ -100,9 +100,9 @@ class Refinement:
         self._fine = zeros((rows, columns + LANES), fine_type)
         self._certain, self._around = (
             zeros((rows, columns), dtype) for dtype in (np.uint16, np.int32))
-        slopes = np.diff(RIGHT)
+        slopes = np.diff(CALIBRATION)
         self._lines = np.column_stack((
-            RIGHT[:-1] - np.arange(10) * slopes,
+            CALIBRATION[:-1] - np.arange(10) * slopes,
             10 * slopes / (AROUND**2 * subpixel.CERTAIN * subpixel.NEIGHBOURS))).astype(np.float32)
         self._agreeing = zeros((rows, columns), np.uint8)
         self._rows = [zeros((2, columns + LANES), fine_type) for _ in range(MOST_PARTS)]
@@ -150,7 +150,7 @@ class Refinement:
                 filling.pad_map(chromosome, columns, self._padded, first, last)
                 filling.pad_map(grey, columns, self._padded_grey, first, last)
                 filling.membership_median(
-                    (self._padded, self._padded_grey), ALIKE, bits, columns, median,
+                    (self._padded, self._padded_grey), CLASS_ALIKE, bits, columns, median,
                     self._members[band[0]], *widened(band, MEDIAN // 2, rows))
                 found = median[:, :columns]
             filter_band(partial(cv2.medianBlur, ksize=MEDIAN), MEDIAN // 2, found, self._labels,

@@ -29,8 +29,8 @@ _SLACK = 64          # bytes behind an array that a vector may read or write
 PAGE = 4096          # bytes
 SHIFT = 448          # bytes
 PART = 16            # rows that a thread begins at a time
-GROW, MARGIN = 8, 4  # px around a tile whose labels it searches too; labels around its range
-STEP = 1 << 20       # bytes of costs of the rows of tiles that are completed at a time, if several
+GROW, LABEL_MARGIN = 8, 4  # px around a tile whose labels it searches too; labels around its range
+STRIP_BYTES = 1 << 20   # of costs of the rows of tiles that are completed at a time, if several
 
 
 def gene_type(disparities):
@@ -88,7 +88,7 @@ class Scanlines:
         tiles = -(-rows // tile), -(-columns // tile)
         row = columns * LANES * self.most_blocks + PAGE
         strip = min(tile, rows) * row
-        at_a_time = min(max(STEP // strip, 1), tiles[0])
+        at_a_time = min(max(STRIP_BYTES // strip, 1), tiles[0])
         kept = min(2 * at_a_time + -(-(OVERLAP + PART - 1) // tile), tiles[0])
         self._tasks = self._cut(rows, *tiles, at_a_time, kept)
         self._needs = self._tasks[:, -1].tolist()
@@ -119,7 +119,7 @@ class Scanlines:
         def limit(part):
             rows = part[1] // self.tile, -(-part[2] // self.tile)
             tile_windows(half_labels, half_disparities(disparities), disparities, self.tile, GROW,
-                         MARGIN, self.windows.low, self.windows.blocks, *rows)
+                         LABEL_MARGIN, self.windows.low, self.windows.blocks, *rows)
             self.place_windows(*rows)
         pool.each(limit, pool.parts(self.possibility.rows, self.tile))
 

@@ -15,8 +15,8 @@ from fuzzy_stereo_ros.matching.bands import MOST_PARTS
 from fuzzy_stereo_ros.matching.kernels.possibility import sharpness as kernels
 import numpy as np
 
-BLOCKS, APART = 600, 4       # blocks measured in a picture, about; at most every APART-th one
-SURE = 3.5           # deviations by which small coefficients must be too few to detect JPEG
+BLOCKS, BLOCK_STEP = 600, 4     # blocks measured in a picture, about; of so many, at most one
+JPEG_DEVIATIONS = 3.5   # by which small coefficients must be too few to detect JPEG
 FEW = 0.5            # share of the coefficients of other blocks below which they are too few
 BLURRED = 0.85       # share of the other view's sharpness below which a view is blurred
 UNSHARP = 0.35       # sharpness below which it is less sharp than what is smoothed
@@ -33,7 +33,7 @@ class Smoothing:
 
     def __init__(self, rows, columns):
         """Allocate for images of a size."""
-        self._apart = max(rows * columns // (BLOCKS * kernels.BLOCK**2), APART)
+        self._apart = max(rows * columns // (BLOCKS * kernels.BLOCK**2), BLOCK_STEP)
         # the first block of a picture, and of its mirror image: only one of the two can be of JPEG
         self._begins = 0, columns % kernels.BLOCK or kernels.BLOCK // 2
         self._counts = np.zeros((MOST_PARTS, len(self._begins), 3), np.int64)
@@ -82,4 +82,5 @@ class Smoothing:
 
 def _too_few(counts, expected):
     """Return whether the counts of a grid of blocks are surely below those expected."""
-    return any(wanted - count > SURE * sqrt(wanted) for count, wanted in zip(counts, expected))
+    return any(wanted - count > JPEG_DEVIATIONS * sqrt(wanted)
+               for count, wanted in zip(counts, expected))

@@ -6,7 +6,7 @@ Both images at full and at half size, with their features and the noise of the p
 Not in the paper, whose memberships have a fixed width.
 """
 from fuzzy_stereo_ros.matching.bands import widened
-from fuzzy_stereo_ros.matching.beyond import MARGIN
+from fuzzy_stereo_ros.matching.beyond import EXTRA_LABELS
 from fuzzy_stereo_ros.matching.kernels.scanlines.volume import blocks_of
 from fuzzy_stereo_ros.matching.kernels.simd import LANES
 from fuzzy_stereo_ros.matching.over_frames.pictures import luminance_shift
@@ -17,7 +17,7 @@ import numpy as np
 
 SPREAD = 8.0         # largest difference from the 3 x 3 mean that counts as noise, times the noise
 PART = 32            # rows of which parts of the images are multiples
-NEAR, FAR = 1, 2     # rows around a row that denoising and census read
+DENOISE_ROWS, CENSUS_ROWS = 1, 2     # rows around a row that denoising and census read
 UNSEEN = 0.3         # grey levels of noise that are ignored
 LOUDEST = 8.0        # grey levels; no camera has more noise
 COMPRESSED = 0.5     # grey levels of noise that JPEG counts as in the census
@@ -31,7 +31,7 @@ def half_disparities(disparities):
     half map reaches the last label is still searched up to the end of the margin.
     """
     labels = -(-disparities // 2)
-    return min(labels, LANES * blocks_of(max(labels - MARGIN // 2, 1)))
+    return min(labels, LANES * blocks_of(max(labels - EXTRA_LABELS // 2, 1)))
 
 
 class Views:
@@ -124,10 +124,10 @@ class Views:
             half_band = band[0], band[1] // 2, band[2] // 2
             if shift < 0:
                 full.right.spread(self._right, -shift,
-                                  *widened(band, 2 * (NEAR + FAR), full.rows))
+                                  *widened(band, 2 * (DENOISE_ROWS + CENSUS_ROWS), full.rows))
             for view, half_view in zip((full.left, full.right), (half.left, half.right)):
-                view.halve(half_view, *widened(half_band, NEAR + FAR, half.rows))
+                view.halve(half_view, *widened(half_band, DENOISE_ROWS + CENSUS_ROWS, half.rows))
             for views, rows, unit in ((full, band, 256), (half, half_band, 128)):
-                views.denoise(int(unit * tolerance), *widened(rows, FAR, views.rows))
+                views.denoise(int(unit * tolerance), *widened(rows, CENSUS_ROWS, views.rows))
                 views.describe(describe, *rows[1:])
         pool.each(describe_band, pool.parts(full.rows, PART))

@@ -9,7 +9,7 @@ import sys
 
 from fuzzy_stereo_ros.bags import writing as bag_writing
 from fuzzy_stereo_ros.bags.writing import (
-    BagWriter, FORMATS, Messages, METADATA, SUFFIXES, UNFINISHED)
+    BagWriter, FORMATS, Messages, METADATA, STORAGE_SUFFIXES, UNFINISHED)
 from made_bags import content, open_bag
 import numpy as np
 import pytest
@@ -51,7 +51,7 @@ def test_what_is_written_is_read_and_counted(tmp_path, storage):
     assert numbers_of(tmp_path / 'bag') == list(range(10))
     assert (bag.counts, bag.last) == ({TOPIC: 10}, 9)
     assert {path.name for path in (tmp_path / 'bag').iterdir()} == {
-        METADATA, f'bag_0{SUFFIXES[storage]}'}
+        METADATA, f'bag_0{STORAGE_SUFFIXES[storage]}'}
     with open_bag(tmp_path / 'bag') as reader:
         assert (reader.start_time, reader.end_time) == (0, 10)
         assert reader.topics[TOPIC].msgcount == 10
@@ -168,7 +168,7 @@ def test_whole_parts_stay_although_others_filled_the_disk_to_the_last_byte(
     assert numbers_of(disk / 'bag') == list(range(8))
     assert (bag.counts[TOPIC], bag.last) == (8, 7)
     assert {path.name for path in (disk / 'bag').iterdir()} == {
-        METADATA, *(f'bag_{part}{SUFFIXES[storage]}' for part in range(2))}
+        METADATA, *(f'bag_{part}{STORAGE_SUFFIXES[storage]}' for part in range(2))}
 
 
 def test_after_a_failure_nothing_more_is_written_and_no_second_one_raised(tmp_path):

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 from fuzzy_stereo_ros.matching import MatcherConfig, PROFILES, StereoMatcher
 from fuzzy_stereo_ros.matching.bands import ThreadPool
-from fuzzy_stereo_ros.matching.beyond import MARGIN, reject_beyond, searched
+from fuzzy_stereo_ros.matching.beyond import EXTRA_LABELS, reject_beyond, searched
 from fuzzy_stereo_ros.matching.match import Match
 from fuzzy_stereo_ros.matching.plausibility import cause_of
 from fuzzy_stereo_ros.synthetic.scenes import make_pair
@@ -31,10 +31,10 @@ def with_range(known, profile='realtime', **changes):
 def rejected(disparity, min_disparity=0, disparities=CUT):
     """Return the match that is left of disparities, all of confidence 1."""
     # Repeated, so that the margin does not end where the image does.
-    disparity = np.tile(np.array(disparity, np.float32), (1, disparities + MARGIN))
+    disparity = np.tile(np.array(disparity, np.float32), (1, disparities + EXTRA_LABELS))
     match = Match(disparity.copy(), np.ones_like(disparity), [], {}, False)
     return reject_beyond(ThreadPool(1), MatcherConfig(
-        min_disparity=min_disparity, disparities=disparities), disparities + MARGIN, match)
+        min_disparity=min_disparity, disparities=disparities), disparities + EXTRA_LABELS, match)
 
 
 @pytest.mark.parametrize('profile', ['realtime', 'quality'])
@@ -76,12 +76,12 @@ def test_the_next_frames_reject_what_is_nearer_too(known):
 def test_more_than_half_a_pixel_beyond_the_range_is_rejected(values, lowest):
     values = np.array([values], np.float32) + lowest
     match, top = rejected(values, lowest), TOP + lowest
-    values = np.tile(values, (1, CUT + MARGIN))
+    values = np.tile(values, (1, CUT + EXTRA_LABELS))
     kept = ~(values > top + 0.5)
     np.testing.assert_array_equal(match.disparity, np.where(
         kept, np.minimum(values, np.float32(top)), np.nan))
     np.testing.assert_array_equal(match.confidence, kept)
-    counted = np.isfinite(values) & ~(values > top + MARGIN - 0.5)     # not the last label
+    counted = np.isfinite(values) & ~(values > top + EXTRA_LABELS - 0.5)     # not the last label
     assert match.beyond == (~kept & counted).sum() / max(counted.sum(), 1)
 
 

@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Crossover by a line, by regions and by a minimum cut, over exchanges made up."""
-from fuzzy_stereo_ros.matching.crossover import Cut, Exchange, LARGEST, Regions
+from fuzzy_stereo_ros.matching.crossover import Cut, Exchange, LARGEST_CHANGE, Regions
 from hypothesis import given, settings, strategies as st
 import networkx
 import numpy as np
@@ -123,24 +123,25 @@ def test_pairs_with_what_is_no_cell_count_for_nothing(exchange):
 @pytest.mark.parametrize('shape', [(1, 40), (40, 1), (2, 30), (30, 2)])
 def test_a_cut_of_the_widest_changes_is_exact(shape, neighbours):
     for seed in range(20):
-        exchange = exchange_of(shape, neighbours, seed, 0.9, (-LARGEST, LARGEST + 1),
-                               (-LARGEST, 1))
+        exchange = exchange_of(shape, neighbours, seed, 0.9, (-LARGEST_CHANGE, LARGEST_CHANGE + 1),
+                               (-LARGEST_CHANGE, 1))
         assert twins.change_of(exchange, cut(exchange)) == least_cost_by_flow(exchange)
 
 
 @pytest.mark.parametrize('neighbours', [4, 8])
-@pytest.mark.parametrize('alone', [LARGEST, -LARGEST])
+@pytest.mark.parametrize('alone', [LARGEST_CHANGE, -LARGEST_CHANGE])
 def test_the_widest_changes_of_all_cells_at_once_do_not_overflow(alone, neighbours):
-    exchange = exchange_of((9, 9), neighbours, 0, 1, (alone, alone + 1), (-LARGEST, 1 - LARGEST))
+    exchange = exchange_of((9, 9), neighbours, 0, 1, (alone, alone + 1),
+                           (-LARGEST_CHANGE, 1 - LARGEST_CHANGE))
     assert cut(exchange).all()
 
 
-@pytest.mark.parametrize('change', [LARGEST + 1, -LARGEST - 1, -2**31, 2**31 - 1])
+@pytest.mark.parametrize('change', [LARGEST_CHANGE + 1, -LARGEST_CHANGE - 1, -2**31, 2**31 - 1])
 @pytest.mark.parametrize('memory', ['alone', 'pairs'])
 def test_changes_beyond_the_largest_are_rejected(change, memory):
     exchange = exchange_of((3, 4), 4, 0)
     getattr(exchange, memory)[-1] = change
-    with pytest.raises(ValueError, match=f'is beyond {LARGEST}'):
+    with pytest.raises(ValueError, match=f'is beyond {LARGEST_CHANGE}'):
         cut(exchange)
 
 

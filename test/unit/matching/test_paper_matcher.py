@@ -5,7 +5,8 @@ import cv2
 from fuzzy_stereo_ros.matching.config import MatcherConfig
 from fuzzy_stereo_ros.matching.evolution import Budget, Random
 from fuzzy_stereo_ros.matching.paper import operators
-from fuzzy_stereo_ros.matching.paper.matcher import LITERAL_STAGES, PaperMatcher, RIGHT, Stages
+from fuzzy_stereo_ros.matching.paper.matcher import (
+    CALIBRATION, LITERAL_STAGES, PaperMatcher, Stages)
 from made_scenes import shifted_pair
 import numpy as np
 import pytest
@@ -234,5 +235,5 @@ def test_the_result_is_the_best_in_pixels_and_by_how_much_its_matches_are_more_p
     *_, before, last = match.history
     growth = last.best_fitness / before.best_fitness - 1
     np.testing.assert_allclose(match.confidence, np.exp(-8 * growth) * np.interp(
-        10 * cv2.blur(certainty, (9, 9)), range(11), RIGHT), atol=1e-6)
+        10 * cv2.blur(certainty, (9, 9)), range(11), CALIBRATION), atol=1e-6)
     assert list(match.times) == ['pictures', 'possibility', 'seeds', 'generations', 'refinement']

@@ -9,9 +9,8 @@ from fuzzy_stereo_ros.matching.kernels.possibility.fuzzy_classes import (
 from fuzzy_stereo_ros.matching.kernels.simd import LANES
 from fuzzy_stereo_ros.matching.paper.fitness import inside
 from fuzzy_stereo_ros.matching.paper.possibility import (
-    APART, BENT, class_levels, GRADIENT_CENTRES, GRADIENT_SIGMA, gradient_table,
-    LiteralPossibility, nearness, shared_membership, slopes_of, uniform_membership,
-    very_possible_table)
+    BENT, class_levels, GRADIENT_CENTRES, GRADIENT_SIGMA, gradient_table, LiteralPossibility,
+    nearness, RISE_REACH, shared_membership, slopes_of, uniform_membership, very_possible_table)
 from hypothesis import given, settings, strategies as st
 import numpy as np
 import pytest
@@ -154,7 +153,7 @@ def test_a_step_between_surfaces_has_no_slope(shape):
     for axis, step in np.ndindex(2, 2):
         walls = np.zeros(shape, np.float32)
         np.moveaxis(walls, axis, 0)[shape[axis] // 2:] = BENT + step
-        assert slopes_of(walls, 25).any() == (step == 0 and shape[axis] > 2 * APART)
+        assert slopes_of(walls, 25).any() == (step == 0 and shape[axis] > 2 * RISE_REACH)
 
 
 @settings(max_examples=40, deadline=None)

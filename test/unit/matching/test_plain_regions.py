@@ -11,7 +11,7 @@ from fuzzy_stereo_ros.matching.over_frames.pictures import NoiseEstimate
 from fuzzy_stereo_ros.matching.realtime.matcher import Stages
 from fuzzy_stereo_ros.matching.realtime.operators import NotMutated
 from fuzzy_stereo_ros.matching.realtime.plain_regions import (
-    BURNT, CLIP, LEAST_CLIP, PLAIN, PlainRegions)
+    BURNT, CLIP, LEAST_CLIP, PLAIN_STEP, PlainRegions)
 from fuzzy_stereo_ros.matching.realtime.scanlines import prior_of
 from fuzzy_stereo_ros.matching.realtime.views import Views
 import numpy as np
@@ -187,7 +187,7 @@ def test_evidence_is_that_of_the_twin(size, min_disparity):
         view, of_half = texture.view, texture.half
         luminance = of_half.luminance[:of_half.rows + 4, :of_half.columns + 4]
         steps = twins.flatness(luminance, BURNT << 8)
-        plain_mask = twins.plain_mask(steps, int(64 * PLAIN))
+        plain_mask = twins.plain_mask(steps, int(64 * PLAIN_STEP))
         np.testing.assert_array_equal(texture.plain.mask[:, :of_half.columns], plain_mask)
         columns = texture._offset + np.arange(2 * of_half.columns)
         if texture is plain._right:     # both columns of a pixel of half size exist

@@ -9,7 +9,8 @@ from fuzzy_stereo_ros.matching.kernels.planes.costs import reject_unfounded
 from fuzzy_stereo_ros.matching.kernels.refinement.consistency import compare_views
 from fuzzy_stereo_ros.matching.kernels.units import CONSISTENT, INVALID, OUTSIDE
 from fuzzy_stereo_ros.matching.quality import planes
-from fuzzy_stereo_ros.matching.quality.fitness import MOST, PlaneFitness, RADIUS, STRIDE
+from fuzzy_stereo_ros.matching.quality.fitness import (
+    LARGEST_DIFFERENCE, PlaneFitness, SUPPORT_RADIUS, SUPPORT_STRIDE)
 from fuzzy_stereo_ros.matching.quality.planes import region_planes
 from fuzzy_stereo_ros.matching.quality.population import EvolvingView
 from fuzzy_stereo_ros.matching.quality.result import averaged_with_planes
@@ -71,13 +72,13 @@ def plane_cost(volume, colour, plane, row, column, origin):
     """Return what a plane costs over its support, from the definition."""
     column_step = 0 if origin is None else 1
     total = mass = 0.0
-    for down in range(-RADIUS, RADIUS + 1):
-        for right in range(-RADIUS, RADIUS + 1):
-            y, x = row + STRIDE * down, column + STRIDE * right
+    for down in range(-SUPPORT_RADIUS, SUPPORT_RADIUS + 1):
+        for right in range(-SUPPORT_RADIUS, SUPPORT_RADIUS + 1):
+            y, x = row + SUPPORT_STRIDE * down, column + SUPPORT_STRIDE * right
             if not (0 <= y < ROWS and 0 <= x < COLUMNS):
                 continue
             unlike = unlikeness(colour, (row, column), (y, x))
-            away = (down * down + right * right) * STRIDE**2
+            away = (down * down + right * right) * SUPPORT_STRIDE**2
             weight = int(255 * np.exp(-unlike / 20) * np.exp(-away / 128)
                          * purity(colour, y, x) + 0.5)
             disparity = plane[0] * x + plane[1] * y + plane[2]
@@ -127,7 +128,7 @@ def smoothness(fitness, planes):
         y2, x2 = np.delete(row, -1, axis), np.delete(column, -1, axis)
         apart = abs(at(one, y1, x1) - at(other, y1, x1)) + abs(
             at(one, y2, x2) - at(other, y2, x2))
-        total += (np.delete(weight, 0, axis) * np.minimum(apart, MOST)).sum()
+        total += (np.delete(weight, 0, axis) * np.minimum(apart, LARGEST_DIFFERENCE)).sum()
     return total
 
 

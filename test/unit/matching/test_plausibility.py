@@ -143,7 +143,7 @@ def test_causes_are_looked_for_within_a_share_of_the_time_and_anew_with_another_
     for _ in range(1000):
         check.add_within_share(scene.right, scene.left, match, CONFIG)
     before = len(asked)
-    assert abs(before - 1000 * 20 * plausibility.SHARE / 10) <= 1
+    assert abs(before - 1000 * 20 * plausibility.TIME_SHARE / 10) <= 1
     check.add_within_share(scene.right, scene.left, match, replace(CONFIG, disparities=16))
     assert len(asked) == before + 1
 

@@ -13,7 +13,7 @@ from fuzzy_stereo_ros.matching.kernels.units import CONSISTENT, INVALID, OUTSIDE
 from fuzzy_stereo_ros.matching.realtime.possibility import (
     CensusPossibility, extra_columns, FULL_SIZE)
 from fuzzy_stereo_ros.matching.realtime.refinement import (
-    ALIKE, Refinement, reject_speckles, RIGHT)
+    CALIBRATION, CLASS_ALIKE, Refinement, reject_speckles)
 from hypothesis import given, settings, strategies as st
 from hypothesis.extra import numpy as arrays
 import numpy as np
@@ -123,7 +123,7 @@ def test_smoothing_is_both_medians_one_after_the_other(shape, dtype, disparities
     refinement = refinement_of(shape, disparities, dtype)
     np.testing.assert_array_equal(
         refinement.smooth(ThreadPool(1), labels, labels, grey),
-        twins.median_of_25(twins.membership_median(labels, grey, ALIKE)))
+        twins.median_of_25(twins.membership_median(labels, grey, CLASS_ALIKE)))
 
 
 @settings(max_examples=20, deadline=None)
@@ -184,7 +184,7 @@ def written(shape, disparities, seed=0, validity=None, **changes):
 
 def check(shape, disparities, seed=0, **changes):
     disparity, confidence, fine, sure, validity = written(shape, disparities, seed, **changes)
-    right = np.where(sure > 0, np.interp(10 * sure, range(11), RIGHT), 0)
+    right = np.where(sure > 0, np.interp(10 * sure, range(11), CALIBRATION), 0)
     np.testing.assert_allclose(confidence, right, atol=1e-4)
     # Where the twin's certainty is rounded otherwise, the threshold decides by the kernel's.
     config = MatcherConfig(disparities=disparities, **changes)
@@ -220,7 +220,7 @@ def test_a_pixel_as_sure_as_the_threshold_stays_valid():
     labels, prior_weight = chosen.labels, no_prior((5, 5))
     confidence = float(refinement.write(
         POOL, labels, chosen, prior_weight, MatcherConfig())[1][2, 2])
-    assert confidence == pytest.approx(RIGHT[5], abs=1e-6)
+    assert confidence == pytest.approx(CALIBRATION[5], abs=1e-6)
     for threshold, known in ((confidence, True), (confidence + 1e-4, False)):
         disparity, _ = refinement.write(
             POOL, labels, chosen, prior_weight, MatcherConfig(confidence_threshold=threshold))
@@ -228,4 +228,4 @@ def test_a_pixel_as_sure_as_the_threshold_stays_valid():
 
 
 def test_confidence_is_the_least_of_lines_as_the_table_is_never_bent_upwards():
-    assert np.diff(RIGHT, 2).max() < 1e-9
+    assert np.diff(CALIBRATION, 2).max() < 1e-9

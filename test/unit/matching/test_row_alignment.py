@@ -10,7 +10,7 @@ from fuzzy_stereo_ros.matching.bands import cut_bands, ThreadPool
 from fuzzy_stereo_ros.matching.kernels.possibility.row_alignment import (
     nearest_features, shift_rows)
 from fuzzy_stereo_ros.matching.match import Camera
-from fuzzy_stereo_ros.matching.row_alignment import PERIOD, RowAlignment, Rows, STEP
+from fuzzy_stereo_ros.matching.row_alignment import LEAST_OFFSET, PERIOD, RowAlignment, Rows
 from fuzzy_stereo_ros.matching.row_offsets import terms_at
 from fuzzy_stereo_ros.synthetic.scenes import make_pair
 from hypothesis import given, settings, strategies as st
@@ -248,5 +248,5 @@ def test_an_offset_that_is_not_surely_another_one_is_kept():
     alignment, shape = RowAlignment(CONFIG), (200, 200)
     rows = alignment._stepped(Rows().with_points(points, shape), shape)
     assert rows.undone[0] == pytest.approx(1.0, abs=0.01)
-    again = alignment._stepped(rows.with_points(points + [0, 0, STEP / 4], shape), shape)
+    again = alignment._stepped(rows.with_points(points + [0, 0, LEAST_OFFSET / 4], shape), shape)
     assert again.undone is rows.undone

@@ -11,7 +11,7 @@ from fuzzy_stereo_ros.matching.kernels.possibility.features import MARGIN
 from fuzzy_stereo_ros.matching.kernels.units import CONSISTENT, INVALID, STEPS
 from fuzzy_stereo_ros.matching.realtime.matcher import Stages
 from fuzzy_stereo_ros.matching.realtime.operators import (
-    AGREEMENT, ENOUGH, GreyRegions, NotMutated, ROUNDS, WeakRegions)
+    AGREEMENT, ENOUGH, GreyRegions, NotMutated, PLANES_TRIED, WeakRegions)
 from fuzzy_stereo_ros.matching.realtime.possibility import CensusPossibility, FULL_SIZE
 from hypothesis import example, given, settings, strategies as st
 import numpy as np
@@ -88,7 +88,7 @@ def fitted(points, share):
     """Return the plane of some points (3, n)."""
     found = np.zeros((1, 3), np.float32)
     segments.fit_planes(points.astype(np.float32), np.array([0, points.shape[1]], np.int32),
-                        (ROUNDS, AGREEMENT, ENOUGH, np.uint64(5)), share, found, 0, 1)
+                        (PLANES_TRIED, AGREEMENT, ENOUGH, np.uint64(5)), share, found, 0, 1)
     return found[0]
 
 

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The maps of a rectification, against a plain camera and what a lens cannot show."""
 import cv2
-from fuzzy_stereo_ros.pairs.pair_reader import COEFFICIENTS, is_inside, OUTSIDE, raw_positions
+from fuzzy_stereo_ros.pairs.pair_reader import COEFFICIENTS, is_inside, OFF_IMAGE, raw_positions
 from made_messages import info, region, rejection_of, ros_1
 import numpy as np
 import pytest
@@ -77,14 +77,14 @@ def test_what_lies_beyond_where_a_lens_turns_back_comes_from_nowhere(model, coef
                   p=[30.0, 0, 50, 0, 0, 30, 40, 0, 0, 0, 1, 0])
     down, across = np.mgrid[:80, :100]
     radius = np.hypot(across - 50, down - 40) / 30
-    nowhere = (places_of(strong, 80, 100) == OUTSIDE).all(axis=0)
+    nowhere = (places_of(strong, 80, 100) == OFF_IMAGE).all(axis=0)
     assert nowhere[radius > last + 0.01].all()
     assert not nowhere[radius < last - 0.01].any()
 
 
 def test_what_lies_behind_a_camera_comes_from_nowhere():
     turned = info(r=list(cv2.Rodrigues(np.array([0, np.pi, 0]))[0].ravel()))
-    assert (places_of(turned, 80, 100) == OUTSIDE).all()
+    assert (places_of(turned, 80, 100) == OFF_IMAGE).all()
 
 
 def test_a_place_is_inside_where_its_four_pixels_are():
