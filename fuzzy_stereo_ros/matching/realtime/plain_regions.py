@@ -39,7 +39,7 @@ class Texture:
     def __init__(self, view, half_view, behind):
         """Allocate for a view at full and at half size; behind: elements to read behind it."""
         self.view, self.half, rows = view, half_view, half_view.rows
-        columns = 2 * kernels.PAD + view.columns + max(behind, LANES)
+        columns = 2 * kernels.COLUMNS_AROUND + view.columns + max(behind, LANES)
         self._offset = view.columns - 2 * half_view.columns if view.mirrored else 0
         self.plain = plain_masks.PlainMask(
             zeros((rows, half_view.columns + LANES), np.uint8), zeros((rows, 2), np.int32))
@@ -109,7 +109,7 @@ class PlainRegions:
         self._right = Texture(full.right, half.right, self._labels + 1)
         self._regions = GreyRegions(rows, columns)
         self._least = max(int(LEAST_REGION * rows * columns), 1)
-        self._cells = -(-rows // kernels.ROWS), -(-2 * columns // kernels.COLUMNS)
+        self._cells = -(-rows // kernels.CELL_ROWS), -(-2 * columns // kernels.CELL_COLUMNS)
         self._base = full.left.columns - 1
         first, last = self._base - full.target_range[1], self._base - full.target_range[0]
         self._existing = (0, self._base), (max(first, 0), min(last, full.right.columns - 1))
@@ -135,7 +135,7 @@ class PlainRegions:
         target = right.bands.values, right.bands.seen, self._base
 
         def split(band):
-            right.mark(*widened(band, kernels.REACH, len(right.plain.mask)))
+            right.mark(*widened(band, kernels.MEAN_REACH, len(right.plain.mask)))
             for texture, existing in zip((left, right), self._existing):
                 texture.split(existing, band)
 
@@ -164,7 +164,7 @@ class PlainRegions:
 
     def _parts(self, pool):
         """Return parts of whole cells."""
-        return pool.parts(self._left.half.rows, kernels.ROWS)
+        return pool.parts(self._left.half.rows, kernels.CELL_ROWS)
 
     def _list(self, sides):
         """List the cells that the regions reach into; sides: rows and columns of cells."""

@@ -86,13 +86,14 @@ class Refinement:
         rows, columns, disparities = (
             possibility.rows, possibility.columns, possibility.disparities)
         self._by_membership = by_membership
-        around = rows + 2 * filling.RADIUS, columns + 2 * filling.RADIUS + 2 * LANES
+        around = rows + 2 * filling.MEDIAN_RADIUS, columns + 2 * filling.MEDIAN_RADIUS + 2 * LANES
         self._disparities, self._target_range = disparities, possibility.target_range
         self.validity, self.final_validity = (
             zeros((rows, columns), np.uint8) for _ in range(2))
         self._speckles = Speckles(rows, columns, allocate)
         self._padded, self._padded_grey = (zeros(around, labels_type) for _ in range(2))
-        self._members = [zeros(filling.NEIGHBOURS * LANES, labels_type) for _ in range(MOST_PARTS)]
+        self._members = [zeros(filling.MEDIAN_NEIGHBOURS * LANES, labels_type)
+                         for _ in range(MOST_PARTS)]
         self._median = zeros((rows, columns + 2 * LANES), labels_type)
         self._labels = zeros((rows, columns), labels_type)
         fine_type = np.int16 if disparities < 2000 else np.int32
@@ -143,7 +144,7 @@ class Refinement:
 
         def smooth_band(band):
             rows, median = len(labels), self._median
-            first, last = widened(band, MEDIAN // 2 + filling.RADIUS, rows)
+            first, last = widened(band, MEDIAN // 2 + filling.MEDIAN_RADIUS, rows)
             reject_changed(labels, chromosome, self.validity, self.final_validity, first, last)
             found = chromosome
             if self._by_membership:

@@ -33,9 +33,9 @@ class Smoothing:
 
     def __init__(self, rows, columns):
         """Allocate for images of a size."""
-        self._apart = max(rows * columns // (BLOCKS * kernels.BLOCK**2), BLOCK_STEP)
+        self._apart = max(rows * columns // (BLOCKS * kernels.JPEG_BLOCK**2), BLOCK_STEP)
         # the first block of a picture, and of its mirror image: only one of the two can be of JPEG
-        self._begins = 0, columns % kernels.BLOCK or kernels.BLOCK // 2
+        self._begins = 0, columns % kernels.JPEG_BLOCK or kernels.JPEG_BLOCK // 2
         self._counts = np.zeros((MOST_PARTS, len(self._begins), 3), np.int64)
         self._steps = np.zeros((MOST_PARTS, 2, 2), np.int64)
         self.compressed = self.coarse = False

@@ -199,7 +199,8 @@ def test_evidence_is_that_of_the_twin(size, min_disparity):
         masks.append(wide)
         textures.append(twins.bands(view.luminance[:view.rows + 4, :view.columns + 4], wide, clip))
         np.testing.assert_array_equal(
-            texture.bands.values[:, :, kernels.PAD:kernels.PAD + view.columns], textures[-1])
+            texture.bands.values[:, :, kernels.COLUMNS_AROUND:][:, :, :view.columns],
+            textures[-1])
     numbers = twins.regions(plain._left.plain.mask[:, :size[1] // 2], plain._least)
     assert numbers.max() + 1 == len(plain.figures) > 0
     found = twins.vote(textures[0], textures[1][:, :, ::-1], masks[1][:, ::-1], numbers,

@@ -33,14 +33,14 @@ def check(shape, disparities, parents_of=4, min_disparity=0, seed=0, threads=1):
     chosen = propagation.search(pool, parent)
     grey = possibility.left.grey[:, :shape[1]].astype(np.int64)
     totals = twins.summed(
-        twin_costs(left, right, disparities, min_disparity, FULL_SIZE), grey, kernels.RADIUS,
-        kernels.ALIKE, kernels.SUM_PLACES)
+        twin_costs(left, right, disparities, min_disparity, FULL_SIZE), grey, kernels.SUM_RADIUS,
+        kernels.NEIGHBOURS_ALIKE, kernels.SUM_PLACES)
     totals += twins.inheritance(
         parents, parent.weights, disparities, kernels.CUT, kernels.OWN, kernels.WEAK)
     expected = twins.propagated(
         np.minimum(totals, 255), parents, 2 * (half_disparities(disparities) - 1),
-        [band[1:] for band in cut_bands(shape[0], TILE)], (kernels.ROWS, kernels.COLUMNS),
-        kernels.GROW)
+        [band[1:] for band in cut_bands(shape[0], TILE)],
+        (kernels.TILE_ROWS, kernels.TILE_COLUMNS), kernels.GROW)
     for name, values in zip(('labels', 'offsets', 'sums', 'margins'), expected):
         np.testing.assert_array_equal(getattr(chosen, name), values, name)
     np.testing.assert_array_equal(chosen.target, reference_census.chosen_by_target(

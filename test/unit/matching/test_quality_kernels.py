@@ -256,7 +256,7 @@ def joined(shape, seed, change, apart):
         np.testing.assert_allclose(price, genes(surface), atol=1e-3)
     saved = fitness.cross(maps[0], prices[0], second, prices[1], STEPS._replace(apart=apart))
     np.testing.assert_allclose(prices[0], genes(maps[0]), atol=1e-3)
-    return first, second, maps[0], saved / surface_cost.PARTS, cost
+    return first, second, maps[0], saved / surface_cost.COST_PARTS, cost
 
 
 @pytest.mark.parametrize('seed', range(5))
@@ -306,5 +306,5 @@ def test_an_exchange_has_the_change_of_cost_from_the_first_parent_to_the_child(
         child = first.copy()
         taken = exchange.cells[exchange.taken]
         child.flat[taken] = second.flat[taken]
-        assert change_of(exchange, exchange.taken) == surface_cost.PARTS * (
+        assert change_of(exchange, exchange.taken) == surface_cost.COST_PARTS * (
             cost(child) - cost(first))

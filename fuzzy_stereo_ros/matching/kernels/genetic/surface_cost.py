@@ -7,7 +7,7 @@ from fuzzy_stereo_ros.matching.kernels.compiled import called, inlined, kernel
 from fuzzy_stereo_ros.matching.kernels.genetic.exchange import row_of
 import numpy as np
 
-PARTS = 1024        # of a unit of cost that an exchange counts
+COST_PARTS = 1024        # of a unit of cost that an exchange counts
 
 
 class Steps(NamedTuple):
@@ -51,7 +51,7 @@ def step_cost(one, other, slope, free, jump):
 
 @inlined
 def _parts(cost):
-    return np.int64(np.rint(np.float64(cost) * PARTS))
+    return np.int64(np.rint(np.float64(cost) * COST_PARTS))
 
 
 @called

@@ -15,8 +15,8 @@ FRAME = simd.LANES + 2      # columns of a map that are none of the image
 WEIGHTS = 32               # sum of the weights of the eight neighbours of a cell
 EQUAL, ONE_APART = 8, 7     # smoothness of two genes that are equal or differ by one; else 0
 # Neighbours in the order of the weights; the k-th and the (k + 4)-th are opposite.
-DOWN = (0, -1, -1, -1, 0, 1, 1, 1)
-ACROSS = (-1, -1, 0, 1, 1, 1, 0, -1)
+NEIGHBOURS_DOWN = (0, -1, -1, -1, 0, 1, 1, 1)
+NEIGHBOURS_ACROSS = (-1, -1, 0, 1, 1, 1, 0, -1)
 
 
 @inlined
@@ -104,7 +104,7 @@ def fill_neighbour_weights(colours, similar, first, last, weights):
     for row in range(first + 1, last + 1):
         for column in range(1, columns + 1):
             for k in range(8):
-                near, beside = row + DOWN[k], column + ACROSS[k]
+                near, beside = row + NEIGHBOURS_DOWN[k], column + NEIGHBOURS_ACROSS[k]
                 shares[k] = 0.0
                 if 1 <= near <= rows and 1 <= beside <= columns:
                     distance = 0

@@ -18,7 +18,7 @@ import numpy as np
 
 UNIT = 1024          # the cost of an impossible match; all costs are whole numbers
 TRUSTED = 256        # the trust in a match that counts in full
-MOST = 255           # the cost of an impossible match in a volume
+IMPOSSIBLE = 255           # the cost of an impossible match in a volume
 _BEYOND = 128        # the least that a match beyond the other image costs in a volume
 
 
@@ -30,7 +30,7 @@ class Volume(NamedTuple):
     left image.
     """
 
-    costs: np.ndarray        # uint8 (R, C, labels), 0 to MOST
+    costs: np.ndarray        # uint8 (R, C, labels), 0 to IMPOSSIBLE
     origin: int              # of the mirrored right view; 0 for the left one
     column_step: int         # columns for each label: 1 for the mirrored right view, else 0
 
@@ -156,7 +156,7 @@ def plane_costs(volume, disparities, supports, selected, parent, first, last):
                     weight = np.float32(weights[weight_at + right])
                     if weight > 0:
                         if disparity < -half or disparity > top + half:
-                            total += weight * np.float32(MOST)
+                            total += weight * np.float32(IMPOSSIBLE)
                         else:
                             within = min(max(disparity, np.float32(0)), top)
                             label = np.int64(within)
@@ -169,7 +169,7 @@ def plane_costs(volume, disparities, supports, selected, parent, first, last):
                     x += stride
                     disparity += slope * np.float32(stride)
             costs[row, column] = np.int32(
-                total / np.float32(masses[row, column]) * np.float32(UNIT / MOST) + half)
+                total / np.float32(masses[row, column]) * np.float32(UNIT / IMPOSSIBLE) + half)
 
 
 @inlined

@@ -10,7 +10,7 @@ from fuzzy_stereo_ros.matching.kernels.refinement.dense_map import sums_around
 import numpy as np
 
 _SAMPLES = 150       # pixels of a region, about, on which a plane is tried
-LEAST = 6            # points that a plane is fitted to
+LEAST_POINTS = 6            # points that a plane is fitted to
 _FLATTEST = 4        # px^2, twice the area of three pixels that give a plane
 _STEEPEST = 2.0      # px a px
 
@@ -184,7 +184,7 @@ def _points_of(flat, known, begin, end, pixels, columns, points):
                 points[1, number] = pixel // columns
                 points[2, number] = flat[pixel]
                 number += 1
-        if number >= LEAST:
+        if number >= LEAST_POINTS:
             break
     return number
 
@@ -209,11 +209,11 @@ def region_planes(disparities, trusted, region_pixels, random, points, planes, f
         x, y, d = (points[0, :number].mean(), points[1, :number].mean(),
                    points[2, :number].mean())
         plane = np.float32(0), np.float32(0), np.float32(d)
-        if number >= LEAST:
+        if number >= LEAST_POINTS:
             _, plane = best_of_random(points, 0, number, max(1, number // _SAMPLES), random,
                                       np.uint64(3 * (region * rounds + 1)), plane)
         inliers, a, b, c = least_squares(points, 0, number, plane, np.float32(1.5) * limit,
                                          (x, y, d))
         planes[region, 0], planes[region, 1], planes[region, 2] = plane
-        if inliers >= LEAST:
+        if inliers >= LEAST_POINTS:
             planes[region, 0], planes[region, 1], planes[region, 2] = a, b, c

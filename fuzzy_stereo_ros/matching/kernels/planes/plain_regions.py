@@ -18,22 +18,22 @@ from fuzzy_stereo_ros.matching.kernels.simd import (
     shift_left, shift_right, splat, store, subtract, total)
 import numpy as np
 
-PAD = 4              # columns around a picture, as far as the widest mean reaches
+COLUMNS_AROUND = 4              # columns around a picture, as far as the widest mean reaches
 BANDS = 2            # of texture: 1 to 2 px and 2 to 4 px
-LARGEST = 11         # value of a quantised band: the sums of a cell stay below 2**15
-ROWS, COLUMNS = 8, 16    # rows (of the picture: every other one) and columns of a cell
-HALF = COLUMNS // 2      # half-size columns of a cell
+LARGEST_VALUE = 11         # value of a quantised band: the sums of a cell stay below 2**15
+CELL_ROWS, CELL_COLUMNS = 8, 16    # rows (of the picture: every other one) and columns of a cell
+HALF = CELL_COLUMNS // 2      # half-size columns of a cell
 COUNTED = 4          # every COUNTED-th row is counted
-PLAIN = 2**16 - 1    # value of a set pixel in a mask at full width
-REACH = 3            # rows that the means of a row reach over, above and below
-RING = 8             # rows, at least 2 * REACH + 1
+SET_PIXEL = 2**16 - 1    # value of a set pixel in a mask at full width
+MEAN_REACH = 3            # rows that the means of a row reach over, above and below
+RING = 8             # rows, at least 2 * MEAN_REACH + 1
 
 
 class TextureBands(NamedTuple):
     """The texture of one view in bands, fine to coarse, of every other row."""
 
-    values: np.ndarray       # int16 (BANDS, r, ...), with PAD columns before the first
-    seen: np.ndarray         # uint16 (r, ...), the mask at full width, PLAIN or 0
+    values: np.ndarray       # int16 (BANDS, r, ...), with COLUMNS_AROUND columns before the first
+    seen: np.ndarray         # uint16 (r, ...), the mask at full width, SET_PIXEL or 0
     written: np.ndarray      # int64 (r, 2), elements of a row that may not be 0
 
 
@@ -77,10 +77,10 @@ def _widen_row(line, ends, offset, existing, wide, full):
     first = max(np.int64(ends[0]), (max(existing[0] - offset, 0) + 1) // 2)
     last = max(min(np.int64(ends[1]), (existing[1] - offset + 1) // 2), first)
     wide[full[0]:full[1]] = 0
-    full[0], full[1] = 2 * first + offset + PAD, 2 * last + offset + PAD
+    full[0], full[1] = 2 * first + offset + COLUMNS_AROUND, 2 * last + offset + COLUMNS_AROUND
     flags, target = line[first:last], wide[full[0]:full[1]]
     for column in range(len(flags)):
-        flag = np.uint16(PLAIN) * flags[column]
+        flag = np.uint16(SET_PIXEL) * flags[column]
         target[2 * column] = flag
         target[2 * column + 1] = flag
 
@@ -162,22 +162,22 @@ def split(luminance, plain, offset, existing, texture, sums, first, last):
                                                     rings[4], rings[5])
     full = np.zeros((RING, 2), np.int64)
     sums[:] = 0
-    for newest in range(max(first - REACH, 0), last + REACH):
+    for newest in range(max(first - MEAN_REACH, 0), last + MEAN_REACH):
         if newest < rows:
             row, of_row = newest % RING * wide, full[newest % RING]
             _widen_row(mask[newest], ends[newest], offset, existing, flags[row:row + wide], of_row)
-            _mean_of_row(source, (2 * newest + MARGIN) * stride + MARGIN - PAD, stride, flags,
-                         fine, row, of_row)
+            _mean_of_row(source, (2 * newest + MARGIN) * stride + MARGIN - COLUMNS_AROUND, stride,
+                         flags, fine, row, of_row)
             before, after = row - 2, row + 2
             _mean_of_three(fine, flags, before, row, after, across, of_row)
         near = newest - 1
-        if max(first - REACH + 1, 0) <= near < min(last + REACH - 1, rows):
+        if max(first - MEAN_REACH + 1, 0) <= near < min(last + MEAN_REACH - 1, rows):
             row, of_row = near % RING * wide, full[near % RING]
             before, after = max(near - 1, 0) % RING * wide, min(near + 1, rows - 1) % RING * wide
             _mean_of_three(across, flags, before, row, after, medium, of_row)
             before, after = row - 4, row + 4
             _mean_of_three(medium, flags, before, row, after, farther, of_row)
-        mine = newest - REACH
+        mine = newest - MEAN_REACH
         if first <= mine:
             row, of_row, place = mine % RING * wide, full[mine % RING], mine * wide
             before = (mine - 2 if mine >= 2 else mine) % RING * wide
@@ -197,22 +197,22 @@ def split(luminance, plain, offset, existing, texture, sums, first, last):
 @kernel
 def quantise(bands, written, clips, sums, first, last):
     """
-    Scale bands so that a band's clip and what is beyond become LARGEST; write sums of squares.
+    Scale bands so that a clip and what is beyond become LARGEST_VALUE; write sums of squares.
 
-    bands, written: of TextureBands; sums: of split; clips: int64 (BANDS,), above LARGEST
+    bands, written: of TextureBands; sums: of split; clips: int64 (BANDS,), above LARGEST_VALUE
     """
     values = bands.view(np.uint16).reshape(-1)
     for band in range(BANDS):
-        scale, power = splat(np.uint16(2 * LARGEST * 2**15 // clips[band])), 0
+        scale, power = splat(np.uint16(2 * LARGEST_VALUE * 2**15 // clips[band])), 0
         for row in range(first, last):
             start = (band * bands.shape[1] + row) * bands.shape[2]
             for place in range(start + written[row, 0], start + written[row, 1], LANES):
                 value = load(values, place)
                 negative = less(splat(np.uint16(2**15 - 1)), value)
                 size = subtract(bit_xor(value, negative), negative)
-                size = minimum(shift_left(size, 1), splat(np.uint16(PLAIN)))
+                size = minimum(shift_left(size, 1), splat(np.uint16(SET_PIXEL)))
                 size = shift_right(add(high_product(size, scale), splat(np.uint16(1))), 1)
-                size = minimum(size, splat(np.uint16(LARGEST)))
+                size = minimum(size, splat(np.uint16(LARGEST_VALUE)))
                 power += total(multiply(size, size))
                 store(values, place, subtract(bit_xor(size, negative), negative))
         sums[band, 2] = power
@@ -232,7 +232,7 @@ def number_cells(regions, places, starts):
         for run in range(row_runs[row, 0], row_runs[row, 1]):
             if region[run] >= 0:
                 for cell in range(begin[run] // HALF, (end[run] - 1) // HALF + 1):
-                    places[region[run], row // ROWS, cell] = 0
+                    places[region[run], row // CELL_ROWS, cell] = 0
     number = 0
     for mine in range(places.shape[0]):
         starts[mine] = number
@@ -268,7 +268,7 @@ def vote(left, target, regions, places, half_labels, votes, first, last):
             half = np.int64(begin[run])
             while half < end[run]:
                 stop = min(np.int64(end[run]), (half // HALF + 1) * HALF)
-                place = np.int64(places[region[run], row // ROWS, half // HALF])
+                place = np.int64(places[region[run], row // CELL_ROWS, half // HALF])
                 cell = cells[place]
                 for pixel in range(half, stop):
                     cell[0] += 1
@@ -276,13 +276,13 @@ def vote(left, target, regions, places, half_labels, votes, first, last):
                     cell[2] += row
                     cell[3] += half_labels[row, pixel]
                 for band in range(BANDS):
-                    line = left[band, row, PAD:]
+                    line = left[band, row, COLUMNS_AROUND:]
                     for column in range(2 * half, 2 * stop):
                         cell[4 + band] += line[column] * line[column]
                     for block in range(0, labels, LANES):
                         sum_at = (place * BANDS + band) * labels + block
                         products = load(sums, sum_at)
-                        candidate = (band * rows + row) * stride + base + PAD + block
+                        candidate = (band * rows + row) * stride + base + COLUMNS_AROUND + block
                         for column in range(2 * half, 2 * stop):
                             products = add(products, multiply(
                                 splat(np.uint16(line[column])), load(source, candidate - column)))
@@ -290,7 +290,7 @@ def vote(left, target, regions, places, half_labels, votes, first, last):
                 if row % COUNTED == 0:
                     for block in range(0, labels, LANES):
                         count_at = place * labels + block
-                        number = row * stride + base + PAD + block
+                        number = row * stride + base + COLUMNS_AROUND + block
                         known = load(numbers, count_at)
                         for column in range(2 * half, 2 * stop):
                             known = subtract(known, load(flags, number - column))
@@ -320,7 +320,7 @@ def write_planes(regions, cells, planes, half_map, full_map, weights, weight, fi
             half = np.int64(begin[run])
             while half < end[run]:
                 stop = min(np.int64(end[run]), (half // HALF + 1) * HALF)
-                if accepted[places[region[run], row // ROWS, half // HALF]]:
+                if accepted[places[region[run], row // CELL_ROWS, half // HALF]]:
                     step = np.int64(slope * 2**15)      # a full pixel, in 1 / 2**16
                     for lower in range(2):
                         label = np.int64(2**16 * (

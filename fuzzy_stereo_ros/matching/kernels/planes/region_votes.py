@@ -18,7 +18,7 @@ APART = 3            # px from the best disparity; nearer ones count as the same
 LOWEST = 6.5         # deviations that the best disparity must have
 LEAD = 2.0           # deviations by which it must exceed the map
 TILTED = 2.0         # deviations that a slant must gain
-SECOND = 0.6         # share of its deviations that the second best disparity may reach
+SECOND_BEST = 0.6         # share of its deviations that the second best disparity may reach
 AGREE = 1            # px by which both halves of the region may differ from it
 DECISIVE = 4.0       # mean deviations of the plane in 3 x 3 cells from which windows can match it
 LENIENT = -2.5       # deviations by which the map may exceed the plane in cells that accept it
@@ -294,7 +294,7 @@ def judge(votes, region, disparities, nearest, power, plane, figures, accepted):
             second, others = max(second, deviations[label]), others + 1
     figures[0], figures[1] = deviations[best], second
     figures[2] = max(abs(bests[1] - best), abs(bests[2] - best))
-    if (others <= APART or deviations[best] < LOWEST or second > SECOND * deviations[best]
+    if (others <= APART or deviations[best] < LOWEST or second > SECOND_BEST * deviations[best]
             or figures[2] > AGREE):
         return False
 

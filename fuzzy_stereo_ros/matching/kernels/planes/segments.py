@@ -12,13 +12,13 @@ from typing import NamedTuple
 
 from fuzzy_stereo_ros.matching.kernels.compiled import called, inlined, kernel
 from fuzzy_stereo_ros.matching.kernels.planes.fits import (
-    agreeing, best_of_random, LEAST, least_squares)
+    agreeing, best_of_random, LEAST_POINTS, least_squares)
 from fuzzy_stereo_ros.matching.kernels.possibility.features import MARGIN
 from fuzzy_stereo_ros.matching.kernels.union_find import join, root
 from fuzzy_stereo_ros.matching.kernels.units import CONSISTENT, STEPS
 import numpy as np
 
-PARTS = 16           # differences of pixels are counted in units of 1 / PARTS
+STEP_PARTS = 16           # differences of pixels are counted in units of 1 / STEP_PARTS
 LEVELS = 2**13       # larger differences count as equal
 
 
@@ -70,7 +70,8 @@ def sort_edges(values, differences, starts, order):
                     for channel in range(3):
                         apart = values[row, column, channel] - values[y, x, channel]
                         total += apart * apart
-                    level = min(np.int64(np.sqrt(total) * PARTS + np.float32(0.5)), LEVELS - 1)
+                    level = np.int64(np.sqrt(total) * STEP_PARTS + np.float32(0.5))
+                    level = min(level, LEVELS - 1)
                     differences[edge] = level
                     starts[level + 1] += 1
     for level in range(LEVELS):
@@ -110,7 +111,7 @@ def join_pixels(order, differences, scale, smallest, parent, size, inner, labels
             if few:
                 join = min(size[one], size[other]) < smallest
             else:
-                apart = np.float32(differences[edge]) / np.float32(PARTS)
+                apart = np.float32(differences[edge]) / np.float32(STEP_PARTS)
                 join = apart <= min(inner[one] + scale / size[one],
                                     inner[other] + scale / size[other])
                 if join:
@@ -287,11 +288,11 @@ def fit_planes(points, starts, random, share, planes, begin, end):
     for region in range(begin, end):
         first, last = starts[region], starts[region + 1]
         planes[region] = np.nan
-        if last - first < LEAST:
+        if last - first < LEAST_POINTS:
             continue
         most, plane = best_of_random(points, first, last, 1, random,
                                      np.uint64(3 * region * random[0]), (none, none, none))
-        if most < LEAST:
+        if most < LEAST_POINTS:
             continue
         for _ in range(_REFITS):
             _, a, b, c = least_squares(

@@ -14,13 +14,13 @@ from fuzzy_stereo_ros.matching.kernels.simd import (
     add, LANES, load, minimum, shift_left, shift_right, subtract, total)
 import numpy as np
 
-BLOCK = 8                   # side of a block of JPEG
-ROWS = 8                    # every ROWS-th row is measured for sharpness
+JPEG_BLOCK = 8                   # side of a block of JPEG
+ROW_STEP = 8                    # every ROW_STEP-th row is measured for sharpness
 # Ranges of counted coefficients, grey levels; MIDDLE: below the steps of quality 70.
 SMALL, LARGE, MIDDLE = (1.5, 3.5), (4.5, 24.5), (4.5, 8.0)
 FREQUENCIES = (1, 2), (2, 1), (2, 2), (1, 3), (3, 1), (2, 3), (3, 2)
-WAVES = (np.cos((2 * np.arange(BLOCK) + 1) * np.arange(4)[:, None] * np.pi / (2 * BLOCK))
-         * np.sqrt(2 / BLOCK)).astype(np.float32)     # of the frequencies 1 to 3, orthonormal
+WAVES = (np.cos((2 * np.arange(JPEG_BLOCK) + 1) * np.arange(4)[:, None] * np.pi / (2 * JPEG_BLOCK))
+         * np.sqrt(2 / JPEG_BLOCK)).astype(np.float32)     # of the frequencies 1 to 3, orthonormal
 
 
 @kernel(allocates=True)
@@ -30,25 +30,25 @@ def count_coefficients(luminance, begin, columns, apart, unit, counts, first, la
 
     luminance: uint16, with a margin; begin: column of the first block, from 0; apart: step of
     measured blocks; unit: of luminance in a grey level; counts: int64 (3,), increased; first,
-    last: rows, from a multiple of BLOCK on
+    last: rows, from a multiple of JPEG_BLOCK on
     """
-    across = np.empty((4, BLOCK), np.float32)
+    across = np.empty((4, JPEG_BLOCK), np.float32)
     smallest, small_to = np.float32(SMALL[0] * unit), np.float32(SMALL[1] * unit)
     large_from, largest = np.float32(LARGE[0] * unit), np.float32(LARGE[1] * unit)
     middle_from, middle_to = np.float32(MIDDLE[0] * unit), np.float32(MIDDLE[1] * unit)
-    for top in range(first, last - BLOCK + 1, BLOCK):
-        start = begin + BLOCK * (top // BLOCK * 3 % apart)
-        for left in range(start, columns - BLOCK + 1, BLOCK * apart):
-            for row in range(BLOCK):
+    for top in range(first, last - JPEG_BLOCK + 1, JPEG_BLOCK):
+        start = begin + JPEG_BLOCK * (top // JPEG_BLOCK * 3 % apart)
+        for left in range(start, columns - JPEG_BLOCK + 1, JPEG_BLOCK * apart):
+            for row in range(JPEG_BLOCK):
                 line = luminance[top + row + MARGIN, left + MARGIN:]
                 for wave in range(1, 4):
                     value = np.float32(0)
-                    for column in range(BLOCK):
+                    for column in range(JPEG_BLOCK):
                         value += WAVES[wave, column] * np.float32(line[column])
                     across[wave, row] = value
             for down, right in FREQUENCIES:
                 value = np.float32(0)
-                for row in range(BLOCK):
+                for row in range(JPEG_BLOCK):
                     value += WAVES[down, row] * across[right, row]
                 size = abs(value)
                 counts[0] += smallest <= size < small_to
@@ -66,7 +66,7 @@ def add_steps(luminance, columns, sums, first, last):
     """
     pixels, stride = luminance.reshape(-1), luminance.shape[1]
     for row in range(first, last):
-        if row % ROWS:
+        if row % ROW_STEP:
             continue
         for column in range(0, columns - LANES + 1, LANES):
             place = (row + MARGIN) * stride + column + MARGIN

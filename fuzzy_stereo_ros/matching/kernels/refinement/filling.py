@@ -51,22 +51,22 @@ def fill_rows(labels, validity, filled, first, last):
             line[middle:column] = label
 
 
-RADIUS = 3
-NEIGHBOURS = (2 * RADIUS + 1) ** 2
+MEDIAN_RADIUS = 3
+MEDIAN_NEIGHBOURS = (2 * MEDIAN_RADIUS + 1) ** 2
 ALL_EQUAL = 2**32 - 1
 
 
 @kernel
 def pad_map(values, columns, padded, first, last):
-    """Copy the columns of a map into one with RADIUS pixels around, its border repeated."""
+    """Copy the columns of a map into one with MEDIAN_RADIUS pixels around, its border repeated."""
     for row in range(first, last):
-        copy_row(values[row], padded[row + RADIUS, RADIUS:RADIUS + columns])
-        pad_row(padded, row, columns, RADIUS)
+        copy_row(values[row], padded[row + MEDIAN_RADIUS, MEDIAN_RADIUS:MEDIAN_RADIUS + columns])
+        pad_row(padded, row, columns, MEDIAN_RADIUS)
 
 
 @called
 def _median(labels, count, span, bits):
-    """Return the median of the `count` least of NEIGHBOURS vectors, at most `span`, bit by bit."""
+    """Return the median of the `count` least of all neighbours, at most `span`, bit by bit."""
     half = shift_right(count, 1)
     zero = splat_like(count, 0)
     result = zero
@@ -76,7 +76,7 @@ def _median(labels, count, span, bits):
             continue
         candidate = bit_or(result, bit)
         smaller = zero
-        for neighbour in range(NEIGHBOURS):
+        for neighbour in range(MEDIAN_NEIGHBOURS):
             smaller = subtract(smaller, less(load(labels, LANES * neighbour), candidate))
         result = choose(at_most(smaller, half), candidate, result)
     return result
@@ -89,17 +89,17 @@ def membership_median(padded, reach, bits, columns, out, neighbours, first, last
 
     padded: labels and grey levels, (R + 6, C + 70) of one dtype, uint8 or uint16, see pad_map;
     reach: grey levels by which similar pixels differ at most; bits: of the largest label; out:
-    (R, C + 64); neighbours: (NEIGHBOURS * LANES,), memory.
+    (R, C + 64); neighbours: (MEDIAN_NEIGHBOURS * LANES,), memory.
     """
     labels, grey_levels = padded
     stride, out_stride = labels.shape[1], out.shape[1]
     source, grey, target = labels.reshape(-1), grey_levels.reshape(-1), out.reshape(-1)
     for row in range(first, last):
         for column in range(0, columns, LANES):
-            centre = (row + RADIUS) * stride + column + RADIUS
+            centre = (row + MEDIAN_RADIUS) * stride + column + MEDIAN_RADIUS
             low = high = here = load(source, centre)
-            for down in range(-RADIUS, RADIUS + 1):
-                for right in range(-RADIUS, RADIUS + 1):
+            for down in range(-MEDIAN_RADIUS, MEDIAN_RADIUS + 1):
+                for right in range(-MEDIAN_RADIUS, MEDIAN_RADIUS + 1):
                     other = load(source, centre + down * stride + right)
                     low, high = minimum(low, other), maximum(high, other)
             one = splat_like(here, 1)
@@ -109,8 +109,8 @@ def membership_median(padded, reach, bits, columns, out, neighbours, first, last
                 continue
             centre_grey, count, neighbour = load(grey, centre), splat_like(here, 0), 0
             alike = splat_like(here, reach)
-            for down in range(-RADIUS, RADIUS + 1):
-                for right in range(-RADIUS, RADIUS + 1):
+            for down in range(-MEDIAN_RADIUS, MEDIAN_RADIUS + 1):
+                for right in range(-MEDIAN_RADIUS, MEDIAN_RADIUS + 1):
                     place = centre + down * stride + right
                     unlike = less(alike, absolute_difference(load(grey, place), centre_grey))
                     count = add(count, add(unlike, one))

@@ -17,7 +17,7 @@ from fuzzy_stereo_ros.matching.kernels.scanlines.steps import (
 from fuzzy_stereo_ros.matching.kernels.scanlines.volume import (
     columns_of, row_start, window_of)
 from fuzzy_stereo_ros.matching.kernels.scanlines.winner_takes_all import (
-    best_label, choose_of_target, fit_offsets, least_elsewhere, MIDDLE, NEAR)
+    best_label, choose_of_target, fit_offsets, least_elsewhere, MIDDLE, NEAR_LABELS)
 from fuzzy_stereo_ros.matching.kernels.simd import (
     LANES, lanes_of, load, lowest, prefetch, splat, store, subtract)
 import numpy as np
@@ -56,7 +56,7 @@ def _choose_four(penalty, search, scratch, low, width, at, size, out):
         store_four(totals, LANES, lanes, four)
         cheapest = lowest_of_four(four)
         best = first_of_four(four, unpacked(penalty, cheapest))
-        elsewhere = lowest_of_four(mask_four(four, NEAR, MIDDLE, best))
+        elsewhere = lowest_of_four(mask_four(four, NEAR_LABELS, MIDDLE, best))
         store_packed(search.sums, out + column, cheapest)
         store_packed(search.margins, out + column, subtract(elsewhere, cheapest))
         _note(scratch, column, best[0], low, totals, LANES)

@@ -25,17 +25,17 @@ from fuzzy_stereo_ros.matching.kernels.simd import (
 import numpy as np
 
 WIDE = 2 * LANES    # pixels of a vector
-RADIUS = 3          # px, of the square of neighbours over which costs are summed
-ALIKE = 12          # grey levels by which these may differ
+SUM_RADIUS = 3          # px, of the square of neighbours over which costs are summed
+NEIGHBOURS_ALIKE = 12          # grey levels by which these may differ
 SUM_PLACES = 2      # sums over columns are divided by 2**SUM_PLACES, to stay bytes
 CUT = 4             # labels from the parent of a cell beyond which the cost does not grow
 OWN, WEAK = 4, 20   # cost of each of these labels, and where texture is weak
-ROWS = 16           # of a tile
-COLUMNS = WIDE - 2 * (RADIUS + 1)    # of a tile: the sums of the others lack neighbours
+TILE_ROWS = 16           # of a tile
+TILE_COLUMNS = WIDE - 2 * (SUM_RADIUS + 1)    # of a tile: the sums of the others lack neighbours
 GROW = 4            # px, even, around a tile whose genes it inherits
-MOST = 255          # largest number of candidates of a tile; the largest disparities are dropped
-AROUND = ROWS + 2 * RADIUS           # rows whose costs are needed
-TAPS = 2 * RADIUS + 1
+MOST_CANDIDATES = 255   # of a tile; the largest disparities are dropped
+ROWS_AROUND = TILE_ROWS + 2 * SUM_RADIUS           # rows whose costs are needed
+TAPS = 2 * SUM_RADIUS + 1
 PAD = 8             # bytes around a vector, whose values have no effect
 PADDED = WIDE + 2 * PAD
 
@@ -73,13 +73,13 @@ class Pair(NamedTuple):
 class Tile(NamedTuple):
     """The addresses of the working memory of one band: bytes, but for `numbers`."""
 
-    codes: int          # AROUND rows of four planes: census and gradient, as vectors
-    greys: int          # AROUND rows, PADDED each
-    down: int           # ROWS rows of TAPS vectors: which pixels of the column are alike
+    codes: int          # ROWS_AROUND rows of four planes: census and gradient, as vectors
+    greys: int          # ROWS_AROUND rows, PADDED each
+    down: int           # TILE_ROWS rows of TAPS vectors: which pixels of the column are alike
     across: int         # the same along the row
-    costs: int          # AROUND vectors, those of one candidate
-    sums: int           # ROWS rows a candidate, PADDED each: sums over columns
-    parents: int        # ROWS rows of two vectors: parents modulo 256, cost of a label away
+    costs: int          # ROWS_AROUND vectors, those of one candidate
+    sums: int           # TILE_ROWS rows a candidate, PADDED each: sums over columns
+    parents: int        # TILE_ROWS rows of two vectors: parents modulo 256, cost of a label away
     numbers: int        # uint16: the candidates
     inner: int          # 255 where both neighbours of a candidate are candidates
     seen: int           # a byte a label, and one before and behind them
@@ -89,9 +89,11 @@ class Tile(NamedTuple):
 
 def sizes(labels, target_columns):
     """Return how many bytes each part of a Tile has."""
-    return Tile(AROUND * 4 * WIDE, AROUND * PADDED, ROWS * TAPS * WIDE, ROWS * TAPS * WIDE,
-                AROUND * WIDE, MOST * ROWS * PADDED, 2 * ROWS * WIDE,
-                2 * (MOST + 1), MOST + 1, labels + 2, 5 * WIDE, 2 * target_columns)
+    alike = TILE_ROWS * TAPS * WIDE
+    return Tile(ROWS_AROUND * 4 * WIDE, ROWS_AROUND * PADDED, alike, alike, ROWS_AROUND * WIDE,
+                MOST_CANDIDATES * TILE_ROWS * PADDED, 2 * TILE_ROWS * WIDE,
+                2 * (MOST_CANDIDATES + 1), MOST_CANDIDATES + 1, labels + 2, 5 * WIDE,
+                2 * target_columns)
 
 
 @inlined
@@ -126,7 +128,7 @@ def _inherit(pair, tile, top, below, left, right):
     for label in range(max(least - 1, 0), last):
         near = (load_byte(tile.seen, label) | load_byte(tile.seen, label + 1)
                 | load_byte(tile.seen, label + 2))
-        if (near != 0 or label > largest) and count < MOST:
+        if (near != 0 or label > largest) and count < MOST_CANDIDATES:
             store_short(tile.numbers, count, label)
             count += 1
     for label in range(least, largest + 1):
@@ -143,8 +145,8 @@ def _inherit(pair, tile, top, below, left, right):
 def _gather(pair, tile, kind, start, top, below):
     """Gather the inputs of a tile's costs and sums that do not depend on the candidate."""
     rows, columns = pair.rows, pair.columns
-    for near in range(AROUND):
-        row = top - RADIUS + near
+    for near in range(ROWS_AROUND):
+        row = top - SUM_RADIUS + near
         if row < 0 or row >= rows:
             continue
         for plane in range(3):
@@ -160,20 +162,20 @@ def _gather(pair, tile, kind, start, top, below):
             store_byte(tile.lines, lane,
                        np.uint8(255) if start + WIDE - 1 - lane >= 0 else np.uint8(0))
         inside = load_like(kind, tile.lines, 0)
-    reach = splat_like(kind, ALIKE)
+    reach = splat_like(kind, NEIGHBOURS_ALIKE)
     nothing = splat_like(kind, 0)
     for near in range(below - top):
-        centre_at = (near + RADIUS) * PADDED + PAD
+        centre_at = (near + SUM_RADIUS) * PADDED + PAD
         centre = load_like(kind, tile.greys, centre_at)
         for tap in range(TAPS):
-            row, place = top + near + tap - RADIUS, (near * TAPS + tap) * WIDE
+            row, place = top + near + tap - SUM_RADIUS, (near * TAPS + tap) * WIDE
             like = nothing
             if 0 <= row < rows:
                 like = bit_and(inside, at_most(absolute_difference(
                     centre, load_like(kind, tile.greys, (near + tap) * PADDED + PAD)), reach))
             store(tile.down, place, like)
             store(tile.across, place, at_most(absolute_difference(
-                centre, load_like(kind, tile.greys, centre_at + tap - RADIUS)), reach))
+                centre, load_like(kind, tile.greys, centre_at + tap - SUM_RADIUS)), reach))
 
 
 @inlined
@@ -198,8 +200,8 @@ def _gather_parents(pair, tile, kind, start, top, below):
 def _fill_costs(pair, tile, kind, label, start, top, height, cuts):
     """Write the costs of a candidate in the rows of a tile and around it."""
     pointed = pair.columns - WIDE - start + label
-    for near in range(height + 2 * RADIUS):
-        row, place = top - RADIUS + near, 4 * near * WIDE
+    for near in range(height + 2 * SUM_RADIUS):
+        row, place = top - SUM_RADIUS + near, 4 * near * WIDE
         if 0 <= row < pair.rows:
             code = (load_like(kind, tile.codes, place), load_like(kind, tile.codes, place + WIDE),
                     load_like(kind, tile.codes, place + 2 * WIDE))
@@ -218,7 +220,7 @@ def _sum_columns(tile, kind, index, height):
             total = add(total, bit_and(
                 load_like(kind, tile.costs, (near + tap) * WIDE),
                 load_like(kind, tile.down, (near * TAPS + tap) * WIDE)))
-        store(tile.sums, (index * ROWS + near) * PADDED + PAD, shift_right(total, SUM_PLACES))
+        store(tile.sums, (index * TILE_ROWS + near) * PADDED + PAD, shift_right(total, SUM_PLACES))
 
 
 @inlined
@@ -227,9 +229,10 @@ def _summed(tile, kind, near, index, here):
     parent = load_like(kind, tile.parents, 2 * near * WIDE)
     away = minimum(minimum(subtract(here, parent), subtract(parent, here)), splat_like(kind, CUT))
     total = multiply(away, load_like(kind, tile.parents, (2 * near + 1) * WIDE))
+    row = (index * TILE_ROWS + near) * PADDED + PAD
     for tap in range(TAPS):
         total = saturating_add(total, bit_and(
-            load_like(kind, tile.sums, (index * ROWS + near) * PADDED + PAD + tap - RADIUS),
+            load_like(kind, tile.sums, row + tap - SUM_RADIUS),
             load_like(kind, tile.across, (near * TAPS + tap) * WIDE)))
     return total
 
@@ -298,11 +301,11 @@ def propagate(pair, tile, first, last):
     pair, tile = Pair(*pair), Tile(*tile)
     kind, columns = doubled(splat(np.uint8(0))), pair.columns
     cuts = cuts_of(pair, kind)
-    for top in range(first, last, ROWS):
-        below = min(top + ROWS, last)
-        for left in range(0, columns, COLUMNS):
-            right = min(left + COLUMNS, columns)
-            start = min(max(left - RADIUS - 1, 0), columns - WIDE)
+    for top in range(first, last, TILE_ROWS):
+        below = min(top + TILE_ROWS, last)
+        for left in range(0, columns, TILE_COLUMNS):
+            right = min(left + TILE_COLUMNS, columns)
+            start = min(max(left - SUM_RADIUS - 1, 0), columns - WIDE)
             count = _inherit(pair, tile, top, below, left, right)
             _gather(pair, tile, kind, start, top, below)
             _gather_parents(pair, tile, kind, start, top, below)

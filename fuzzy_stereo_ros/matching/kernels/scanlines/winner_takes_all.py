@@ -17,8 +17,8 @@ import numpy as np
 
 # A vector loaded from MIDDLE - best has 255 in the lanes best - 1, best and best + 1.
 MIDDLE = 4 * LANES
-NEAR = np.zeros(3 * MIDDLE, np.uint8)
-NEAR[MIDDLE - 1:MIDDLE + 2] = 255
+NEAR_LABELS = np.zeros(3 * MIDDLE, np.uint8)
+NEAR_LABELS[MIDDLE - 1:MIDDLE + 2] = 255
 
 
 @inlined

@@ -15,8 +15,8 @@ from fuzzy_stereo_ros.matching.kernels.temporal.change_detection import (
 import numpy as np
 
 FAINTER, STRONGER = 0.4, 1.5    # contrast of texture that moved, as a factor of its differences
-CUT = 8.0           # grey levels that contrast reaches at least in strong texture: slopes are cut
-LEAST = 3 * TILE**2 // (4 * BLOCK)     # pixels compared; noise of fewer may correlate by chance
+SLOPE_CUT = 8.0     # grey levels that contrast reaches at least in strong texture: slopes are cut
+LEAST_COMPARED = 3 * TILE**2 // (4 * BLOCK)     # pixels; noise of fewer may correlate by chance
 LOW_BITS = 5        # of luminance that are dropped, so that sums of products fit
 
 
@@ -34,7 +34,7 @@ def _may_be_texture(size, steepness):
     deviation = size / np.float32(SIZE_OF_NOISE)
     # of white noise, the variance of slopes of BLOCK rows is that of 2 BLOCK pixels
     contrast = np.float32(np.sqrt(steepness / np.float32(2 * TILE**2)) / np.float32(UNITS))
-    return (contrast >= np.float32(FAINTER) * min(deviation, np.float32(CUT))
+    return (contrast >= np.float32(FAINTER) * min(deviation, np.float32(SLOPE_CUT))
             and contrast <= np.float32(STRONGER) * deviation)
 
 
@@ -47,8 +47,8 @@ def changes_alike(views, before, labels, offset, compared, alike, first, last):
     views: left and right, uint16, padded, luminance, the right one mirrored; before: uint16
     (2, R, C), the pictures before; labels: (R, C), of the left picture before; offset: of
     disparities from labels, px; compared: the fields of ComparedTiles, of the left view; alike:
-    float32 (tile rows, tile columns), -1 to 1, 0 where less than LEAST pixels are compared; the
-    tile rows first .. last are written.
+    float32 (tile rows, tile columns), -1 to 1, 0 where less than LEAST_COMPARED pixels are
+    compared; the tile rows first .. last are written.
     """
     (left, right), (shifts, differences, choices) = views, compared
     rows, columns = labels.shape
@@ -85,7 +85,8 @@ def changes_alike(views, before, labels, offset, compared, alike, first, last):
                         squares += one * one
                         others += other * other
             size = np.float64(squares) * np.float64(others)
-            alike[tile_row, tile] = products / max(size, 1.0)**0.5 if number >= LEAST else 0
+            alike[tile_row, tile] = (
+                products / max(size, 1.0)**0.5 if number >= LEAST_COMPARED else 0)
 
 
 @kernel

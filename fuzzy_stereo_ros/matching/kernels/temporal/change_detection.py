@@ -17,7 +17,7 @@ BLOCK = 4        # pixels of a side of the blocks whose mean differences are com
 DROPPED_BITS = 3    # low bits of luminance that a comparison drops
 UNITS = 32       # units of a compared difference in a grey level
 # larger slopes and differences of sums of BLOCK rows are cut, bits of products are dropped, to fit
-STEEPEST, PRODUCT_BITS = 1024, 8
+LARGEST_SLOPE, PRODUCT_BITS = 1024, 8
 LEAST_VARIED = 0.02     # share of the squares of slopes that is left without their mean
 SIZE_OF_NOISE = 0.8     # mean size of white noise of 1
 
@@ -102,7 +102,7 @@ def _add_products(signed, bright, products, variances):
 @inlined
 def _cut(value):
     """Return a value, at most as large as the steepest slope."""
-    return min(max(np.int32(value), np.int32(-STEEPEST)), np.int32(STEEPEST))
+    return min(max(np.int32(value), np.int32(-LARGEST_SLOPE)), np.int32(LARGEST_SLOPE))
 
 
 @inlined

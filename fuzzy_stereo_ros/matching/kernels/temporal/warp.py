@@ -16,7 +16,7 @@ from fuzzy_stereo_ros.matching.kernels.temporal.change_detection import TILE
 from fuzzy_stereo_ros.matching.kernels.units import CONSISTENT, STEPS
 import numpy as np
 
-NOTHING = -1.0      # label of a cell that nothing moved to
+NO_LABEL = -1.0      # label of a cell that nothing moved to
 UNSEEN = 12         # census distance to a place outside the image: that of unrelated pixels
 FARTHEST = 0.3      # px of disparity; points with less are not moved
 WIDEST = 3.0        # cells that a moved cell covers at the most, in each direction
@@ -34,7 +34,7 @@ class Motion(NamedTuple):
 class Moved(NamedTuple):
     """A map of the previous frame, moved to this one."""
 
-    labels: np.ndarray   # float32 (r, c), NOTHING where no cell moved to
+    labels: np.ndarray   # float32 (r, c), NO_LABEL where no cell moved to
     source: np.ndarray   # int32 (r, c), the cell there came from, row * c + column; -1 for none
 
 
@@ -71,7 +71,7 @@ def move_labels(labels, motion, moved):
     matrix, lowest = motion
     found, source = moved
     rows, columns = labels.shape
-    found[:] = NOTHING
+    found[:] = NO_LABEL
     source[:] = -1
     for row in range(rows):
         for column in range(columns):
@@ -159,7 +159,8 @@ def trusted_moved(moved, previous, half, distances, rules, strengths, first, las
     (labels, source), (validity, survived), (by_moved, by_half) = moved, previous, distances
     rows, columns = labels.shape
     flat_validity, flat_survived = validity.reshape(-1), survived.reshape(-1)
-    low, high = np.full(columns + 2, np.inf, np.float32), np.full(columns + 2, NOTHING, np.float32)
+    low = np.full(columns + 2, np.inf, np.float32)
+    high = np.full(columns + 2, NO_LABEL, np.float32)
     for row in range(first, last):
         above, here, below = labels[max(row - 1, 0)], labels[row], labels[min(row + 1, rows - 1)]
         for column in range(columns):
@@ -184,7 +185,7 @@ def trusted_moved(moved, previous, half, distances, rules, strengths, first, las
 
 @inlined
 def _or_far(label):
-    """Return a label, or a number above all labels for NOTHING."""
+    """Return a label, or a number above all labels for NO_LABEL."""
     return label if label >= 0 else np.float32(np.inf)
 
 
@@ -243,11 +244,11 @@ def to_right(moved, shift, seen):
     """
     Move labels (r, c) to their place in the right image; where several meet, the nearest stays.
 
-    shift: labels that the columns of the right image are moved by; seen: float32 (r, c), NOTHING
+    shift: labels that the columns of the right image are moved by; seen: float32 (r, c), NO_LABEL
     where none came to.
     """
     rows, columns = moved.shape
-    seen[:] = NOTHING
+    seen[:] = NO_LABEL
     for row in range(rows):
         for column in range(columns):
             label = moved[row, column]
