@@ -150,7 +150,7 @@ def test_any_size_of_images_tiles_and_windows_is_that_of_the_twin(
 @pytest.fixture(params=[0, 5000, 4 << 20])
 def step_size(request, monkeypatch):
     """Have steps of one row of tiles, of some, and of all."""
-    monkeypatch.setattr(scanlines, 'STEP', request.param)
+    monkeypatch.setattr(scanlines, 'STRIP_BYTES', request.param)
 
 
 @pytest.mark.parametrize('shape, disparities, tile, options', [

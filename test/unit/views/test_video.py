@@ -67,7 +67,7 @@ def test_the_first_frame_decides_the_size_and_others_are_fitted_into_it(tmp_path
 
 
 def test_a_frame_larger_than_players_take_is_reduced(tmp_path, monkeypatch):
-    monkeypatch.setattr(video, 'LARGEST', (64, 32))
+    monkeypatch.setattr(video, 'LARGEST_FRAME', (64, 32))
     frames, _ = written(tmp_path / 'video.mp4', plain(200, 40, 160))
     assert frames[0].shape == (16, 64, 3)
 

@@ -80,7 +80,7 @@ CERTAIN = 255 * 256   # of a label that is certain
 LINES = 10           # confidence is the minimum of so many lines
 
 
-@kernel
+@kernel(allocates=True)
 def certainty(sums, margins, prior_weight, margin_of_prior, validity, certain, first, last):
     """
     Compute the certainty of each label from its cost and its uniqueness margin.
@@ -90,16 +90,18 @@ def certainty(sums, margins, prior_weight, margin_of_prior, validity, certain, f
     margin_of_prior: uint8, the margin that each weight makes by itself; certain: uint16 (R, C), 0
     to CERTAIN, 0 where not consistent.
     """
+    columns = sums.shape[1]
+    # of its own: other threads read the rows of `certain` where bands overlap
+    lost = np.empty(columns, np.uint8)
     for row in range(first, last):
-        line = certain[row]
-        for column in range(line.size):     # by itself: the next loop so works with vectors
-            line[column] = margin_of_prior[prior_weight[row, column]]
-        for column in range(line.size):
+        for column in range(columns):
+            lost[column] = margin_of_prior[prior_weight[row, column]]
+        for column in range(columns):
             possible = np.float32(256) - np.float32(sums[row, column])
             consistent = np.float32(validity[row, column] == CONSISTENT)
             margin = np.float32(max(
-                np.int32(margins[row, column]) - np.int32(line[column]), np.int32(0)))
-            line[column] = np.int32(
+                np.int32(margins[row, column]) - np.int32(lost[column]), np.int32(0)))
+            certain[row, column] = np.int32(
                 possible * consistent * np.float32(CERTAIN / 256)
                 * (margin / (margin + np.float32(CLEAR_MARGIN))))
 
