@@ -17,7 +17,7 @@ from typing import NamedTuple
 from fuzzy_stereo_ros.bags.cut_mcap import indexed_mcap
 from fuzzy_stereo_ros.bags.cut_ros1 import indexed_ros1
 
-DISK_BLOCK = 4096        # bytes, of a file system
+DISK_BLOCK = 4096   # bytes, of a file system
 CHECKED = 64        # of the last large messages in a database
 TORN = 16           # zeros at the end of the last large message that show that it is not whole
 

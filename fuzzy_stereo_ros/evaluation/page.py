@@ -17,7 +17,7 @@ import numpy as np
 TEMPLATE = Path(__file__).with_name('page.html')
 MOST_SCENES = 60        # with pictures, on a page
 WIDTH = 400             # px, of the widest picture
-POINT_RADIUS = 2.5            # px, of the points of a sparse truth
+POINT_RADIUS = 2.5      # px, of the points of a sparse truth
 UNKNOWN_GREY = 110      # no truth
 NO_DISPARITY = (190, 140, 0)    # BGR: a truth, but no disparity
 LOSSLESS = 101          # quality of WebP

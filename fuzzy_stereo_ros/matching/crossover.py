@@ -14,7 +14,7 @@ from fuzzy_stereo_ros.matching.kernels.genetic.minimum_cut import (
     decide, load, maximum_flow, Trees, unload)
 import numpy as np
 
-LARGEST_CHANGE = 2**26     # largest change of cost of one cell or of two cells together
+LARGEST_CHANGE = 2**26  # largest change of cost of one cell or of two cells together
 
 
 class Exchange:

@@ -18,10 +18,10 @@ import cv2
 from fuzzy_stereo_ros.matching.row_offsets import misalignment_of, terms_at
 import numpy as np
 
-TIME_SHARE = 0.004       # share of the matching time that may be spent on the search for causes
+TIME_SHARE = 0.004  # share of the matching time that may be spent on the search for causes
 MOST_CREDIT = 20.0  # ms of this time that are saved up while nothing is suspicious
 CONFIRMED = 5       # pairs in a row after which a live node changes its finding
-SAMPLE_STEP = 4            # every so many rows and columns of a result are read
+SAMPLE_STEP = 4     # every so many rows and columns of a result are read
 # Limits of a suspicious result; real pairs have a mean confidence of .36 to .97, most above .65.
 LOW_CONFIDENCE = 0.65
 FALL = 0.75         # share of the usual mean confidence
@@ -39,10 +39,10 @@ PLAIN, TEXTURED = 0.02, 0.1     # shares of an image with contrast
 REDUCED_COLUMNS, FEATURES, PATCH = 560, 500, 31
 UNIQUE, LIKE = 0.85, 60         # share of the second best distance, and bits of 256
 TOLERANCE = 1.5     # reduced px, by which the rows of a feature may differ
-FEWEST_FEATURES = 20         # features that have to agree
+FEWEST_FEATURES = 20  # features that have to agree
 MANY, UNLIKE, UNSURE = 100, 10, 0.4     # features, most that agree, mean confidence: other scenes
 BEYOND, FEWEST_BEYOND = 0.05, 8     # features that lie beyond the range
-RANGE_MARGIN = 2          # px, around the disparities of features, of a proposed range
+RANGE_MARGIN = 2    # px, around the disparities of features, of a proposed range
 ROUNDED = 16        # a proposed number of disparities is a multiple of it
 
 

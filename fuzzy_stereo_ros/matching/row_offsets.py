@@ -17,7 +17,7 @@ from fuzzy_stereo_ros.matching.kernels.possibility.row_alignment import nearest_
 import numpy as np
 
 LIMIT = 0.5         # px of misalignment; more impairs matching
-SURE_DEVIATIONS = 2.0          # standard deviations by which a misalignment must exceed the limit
+SURE_DEVIATIONS = 2.0  # standard deviations by which a misalignment must exceed the limit
 CERTAIN = 3.0       # the same, of an offset that is undone
 CORNERS = 300       # at most in a pair; the more confident half is measured
 QUALITY = 0.001     # least quality of a corner, relative to the best one
@@ -26,11 +26,11 @@ WINDOW = 15         # px, side of the window of the optical flow, and of the mea
 CONTRAST = 30.0     # grey levels, mean absolute deviation after normalisation
 ROW_ERROR = 1.0     # px, largest distance along the row from the position of the disparity
 RETURN_ERROR = 0.1  # px, largest distance from the corner after the flow there and back
-LARGEST_OFFSET = 10.0      # px, largest row offset; larger ones are outliers
+LARGEST_OFFSET = 10.0  # px, largest row offset; larger ones are outliers
 FEATURES = 1000     # at most in an image of half size
 FEATURE_SIZE = 24   # half-size px, side of the patch that a feature describes
 FAST = 7            # grey levels by which a feature differs from the circle around it
-BITS_ALIKE = 60          # of 256 bits, by which two features of one point may differ
+BITS_ALIKE = 60     # of 256 bits, by which two features of one point may differ
 FOUND_ERROR = 3.0   # px from the matched feature that the flow may end
 BEYOND = 2          # px of disparity beyond the range in which features are matched
 BIN = 0.25          # px, step in which the densest offset is looked for
@@ -39,7 +39,7 @@ TILES = 6, 8        # rows and columns of tiles; the errors within a tile are co
 FEWEST = 20, 6      # points and tiles needed for a result
 PAIRS_OF_SWING = 8  # pairs needed for the changes from pair to pair
 TUKEY = 4.685       # width of the biweight in standard deviations
-BIWEIGHT_ROUNDS = 8          # of the biweight
+BIWEIGHT_ROUNDS = 8  # of the biweight
 # px, standard deviation of offsets at the least: with less the fit keeps to the middle of an
 # image, where most points are.
 SMALLEST_SPREAD = 0.1

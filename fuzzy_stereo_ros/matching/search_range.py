@@ -14,13 +14,13 @@ from fuzzy_stereo_ros.matching.matcher import StereoMatcher
 import numpy as np
 
 PAIRS = 5               # pairs that are searched
-REDUCED_COLUMNS = 320           # of the reduced images
+REDUCED_COLUMNS = 320   # of the reduced images
 NEARER, FARTHER = 2, 16     # divide their width: searched above and below a disparity of 0
 CONFIDENT = 0.9
 PERCENTILES = 0.3, 99.9
 RESERVE = 1.15          # times the largest disparity, as things come nearer than in a few pairs
 UNSURE = 2.0            # px of the reduced images by which a range may be wrong
-MULTIPLE = 16               # px, of which the number of disparities is a multiple
+MULTIPLE = 16           # px, of which the number of disparities is a multiple
 LEAST_SHARE = 0.02      # least share of confident pixels for a result
 
 

@@ -18,9 +18,9 @@ COEFFICIENTS = {'plumb_bob': (4, 5, 8, 12, 14), 'rational_polynomial': (4, 5, 8,
                 'equidistant': (4,)}        # numbers that D may have, by distortion_model
 SIZE_SHARE = 0.01       # by which ratios of sizes differ if only rounding made them
 ROTATION_TOLERANCE = 0.01   # of each element of R times its transpose
-LARGEST_NUMBER = 1e9               # absolute value in K, D and P, as products must stay finite
+LARGEST_NUMBER = 1e9        # absolute value in K, D and P, as products must stay finite
 RADIUS_STEPS = 1000         # samples in the search for the radius where a distortion folds back
-OFF_IMAGE = -2.0              # px; a position outside every image, for remap
+OFF_IMAGE = -2.0            # px; a position outside every image, for remap
 FRACTIONS = 32              # of a pixel, to which remap rounds positions
 
 

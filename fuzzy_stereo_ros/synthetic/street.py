@@ -21,7 +21,7 @@ DISTANT = 9.0       # distance of the wall at the end, in distances of the neare
 PERIOD = 24, 17, 20, 14, 11     # frames of an oscillation: yaw, pitch, roll, sideways, up
 SWINGS = 0.012, 0.02, 0.06, 0.04    # amplitudes: pitch, roll in radians; sideways, up in heights
 GRAIN, OCTAVES = 256, 9     # cells along the side of a layer, which repeats; layers
-LAYER_MARGIN = 2, 3       # cells before and after a layer
+LAYER_MARGIN = 2, 3  # cells before and after a layer
 FINEST = 2.5        # size of a cell of the finest layer, in pixels of the nearest visible road
 STRENGTH = 15       # grey levels of 8 bits, standard deviation of the cells of a layer
 

@@ -4,13 +4,13 @@
 import io
 import json
 import os
-from pathlib import Path
 import subprocess
 import sys
 
 from fuzzy_stereo_ros.commands.command_line import main
 from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
 from made_bags import DISPARITIES
+from rejected import contents
 from repository import ROOT
 
 INTERRUPTED, TERMINATED = 130, 143
@@ -47,9 +47,9 @@ def rejection(capsys, *bags, **options):
 
 def clean_rejection(capsys, *bags, **options):
     """Return what `rejection` does, after which the working folder holds what it held before."""
-    before = sorted(Path.cwd().rglob('*'))
+    before = contents()
     sentence = rejection(capsys, *bags, **options)
-    assert sorted(Path.cwd().rglob('*')) == before
+    assert contents() == before
     return sentence
 
 

@@ -26,7 +26,7 @@ import numpy as np
 
 THUMBNAIL = 60       # rows or columns, at least, of the thumbnails that are correlated
 SMALLEST = 16        # rows and columns of a thumbnail that phase correlation can work with
-CORRELATION_ERROR = 2            # px of error of the correlation
+CORRELATION_ERROR = 2  # px of error of the correlation
 SAMPLED = 16         # every SAMPLED-th row is compared to find the exact shift
 RULES = Rules(loud=1.2, white=1.5, peak=1.3, bump=1.8, slack=0.3, oldest=32, drift=6.0,
               alike=0.55)

@@ -14,13 +14,13 @@ import cv2
 from fuzzy_stereo_ros.matching.kernels.units import CONSISTENT
 import numpy as np
 
-CORNERS, CORNERS_APART = 200, 8     # corners at the most, and half-size pixels between two of them
+CORNERS, CORNERS_APART = 200, 8  # corners at the most, and half-size pixels between two of them
 QUALITY = 0.01              # least quality of a corner, relative to the best one
 FLOW_WINDOW, FLOW_LEVELS = 11, 3        # px, pyramid levels
 FLOW_ROUNDS, FLOW_STEP = 10, 0.03       # at most; px, smaller ones end it
 FARTHEST = 1.0              # least px of disparity; farther corners hardly determine the shift
 POSES_TRIED, INLIER, POSE_SURE = 100, 1.0, 0.999  # of RANSAC: poses, px of an inlier, probability
-FEWEST_CORNERS, INLIER_SHARE = 20, 0.35     # corners that a pose needs, the least share of inliers
+FEWEST_CORNERS, INLIER_SHARE = 20, 0.35  # corners that a pose needs, the least share of inliers
 STANDS = 0.1                # px; median motion of corners below which the camera stands still
 FOLLOWED, STOOD, FEW_CORNERS, UNCLEAR = (
     'followed', 'stands', 'too little texture', 'no motion explains the corners')

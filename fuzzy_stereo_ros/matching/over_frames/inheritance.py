@@ -18,7 +18,7 @@ from fuzzy_stereo_ros.matching.over_frames.pictures import (
 from fuzzy_stereo_ros.matching.over_frames.state import FrameState, NO_COLOURS
 import numpy as np
 
-SURE_MATCH = 0.5     # confidence from which a match is used to estimate the motion of the camera
+SURE_MATCH = 0.5    # confidence from which a match is used to estimate the motion of the camera
 IN_PLACE = 0.0, 0.0, 1.0, 0.0       # scale that leaves a disparity as it is
 LOUDER = (16 / 6)**0.5   # noise of a channel relative to B + 2 G + R, if channels are independent
 CHANNELS, OF_LUMINANCE = 3, 2       # number of channels; bits of the sum of their weights

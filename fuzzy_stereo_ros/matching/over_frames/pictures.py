@@ -15,7 +15,7 @@ import numpy as np
 
 BRIGHTER = 0.001    # share of an image that may saturate
 SAMPLED = 8         # every SAMPLED-th row of an image of 8 bits is measured for its brightness
-DARK_BITS = 6            # largest number of bits that a dark image of 8 bits uses
+DARK_BITS = 6       # largest number of bits that a dark image of 8 bits uses
 NOISY = 0.5         # grey levels of noise above which a picture is noisy
 PLAINEST = 0.1       # share of the tiles, those of least second differences, that show noise
 _SECOND = 1.954      # mean size of second differences of white noise of 1

@@ -28,7 +28,7 @@ from fuzzy_stereo_ros.matching.paper.possibility import (
     FULL, LiteralPossibility, uniform_membership, UniformPossibility)
 import numpy as np
 
-SAME_MATCH = 1    # px within which two disparities are the same match
+SAME_MATCH = 1  # px within which two disparities are the same match
 
 
 def gradient_norm(grey):

@@ -32,7 +32,7 @@ import numpy as np
 
 CELLS_A_PATCH = 48          # a mutation tries a patch for so many cells of the image
 FEW_CELLS = 0.25            # share of the cells; parents that differ in more are not crossed
-FIRST_FUSION = 0.5                 # share of the generations before the first fusion
+FIRST_FUSION = 0.5          # share of the generations before the first fusion
 FUSIONS = 10                # in a whole run, of which those before it are left out
 
 

@@ -36,8 +36,8 @@ GRADIENT_CENTRES = (-4.0, -2.0, 0.0, 2.0, 4.0)
 # Neighbouring classes cross at one half.
 GRADIENT_SIGMA = 1.0 / np.sqrt(2.0 * np.log(2.0))
 FULL = 255.0            # a possibility of 1 in the whole numbers of the kernels
-OUTSIDE_POSSIBILITY = 40    # 255ths, of a match outside the target: about that of a poor match
-RISE_REACH = 6               # cells on both sides of one over which a map rises
+OUTSIDE_POSSIBILITY = 40  # 255ths, of a match outside the target: about that of a poor match
+RISE_REACH = 6          # cells on both sides of one over which a map rises
 BENT = 1                # labels by which these rises may differ; more is a step between surfaces
 GRADIENT_STEPS = 8      # levels of a gradient a unit of its classes
 UNIFORM_SIGMA = 20.0    # grey levels, of the class of the colour at the middle of N

@@ -10,12 +10,12 @@ difference is estimated from matches of `realtime`, whose census does not depend
 import cv2
 import numpy as np
 
-SURE_MATCH = 0.5          # confidence from which a match counts
-PIXEL_STEP, SIDE = 4, 3   # px from one compared pixel to the next; side of the squares averaged
+SURE_MATCH = 0.5    # confidence from which a match counts
+PIXEL_STEP, SIDE = 4, 3  # px from one compared pixel to the next; side of the squares averaged
 DARKEST, BRIGHTEST = 2, 250     # grey levels of a mean between which nothing is clipped
-LEAST_CHANGE = 8.0         # mean change of grey levels; of one exposure, cameras differ by up to 6
-FEWEST_MATCHES = 500        # matches that a fit needs
-FIT_ROUNDS, OUTLIER = 6, 4.0    # of the fit; deviations from which a match does not count
+LEAST_CHANGE = 8.0  # mean change of grey levels; of one exposure, cameras differ by up to 6
+FEWEST_MATCHES = 500  # matches that a fit needs
+FIT_ROUNDS, OUTLIER = 6, 4.0  # of the fit; deviations from which a match does not count
 SCALE = 255         # grey levels of a colour of 1
 
 

@@ -13,7 +13,7 @@ from fuzzy_stereo_ros.matching.kernels.planes import costs as kernels
 from fuzzy_stereo_ros.matching.kernels.planes.plane import disparities_of
 import numpy as np
 
-SUPPORT_RADIUS, SUPPORT_STRIDE = 2, 2            # of supports: 5 x 5 pixels, every other one
+SUPPORT_RADIUS, SUPPORT_STRIDE = 2, 2  # of supports: 5 x 5 pixels, every other one
 SUPPORT_COLOUR, SUPPORT_DISTANCE = 20.0, 8.0     # grey levels summed over channels; px
 LEAST_PURE = 0.1                 # share of a pixel of a support, whatever lies around it
 LARGEST_DIFFERENCE = 3.0         # largest difference of neighbours' planes that counts, px

@@ -31,7 +31,7 @@ import numpy as np
 BRIGHTNESS = np.float32(1 / 64)      # of luminance, 16 bits, to the sum of four grey levels
 LEAST_AGE = 5        # frames averaged from which a map of noisy pictures is a parent
 LITTLE = 0.1         # share of unseen cells up to which the right map is not searched
-UNSEEN_ANEW = 0.25          # share of unseen cells from which a frame begins anew
+UNSEEN_ANEW = 0.25   # share of unseen cells from which a frame begins anew
 ROOT = 16        # edges are measured in 16 * root of a colour, whose noise is the same everywhere
 
 

@@ -72,7 +72,7 @@ def segments_of(roots):
     return found
 
 
-PLANE_RADIUS, LIMIT = 4, 0.6   # of local planes: px, px that neighbours may differ by
+PLANE_RADIUS, LIMIT = 4, 0.6  # of local planes: px, px that neighbours may differ by
 GROWTH = 0.25            # of the limit: by this share of it a px of distance
 PLANE_COLOUR = 15.0      # grey levels, summed over channels, at which a neighbour counts 1 / e
 PLANES_TRIED, AGREEMENT = 60, 0.7        # random planes tried a region; px by which pixels agree

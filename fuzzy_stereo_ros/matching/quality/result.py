@@ -12,10 +12,10 @@ from fuzzy_stereo_ros.matching.quality.planes import listed, planes_of, region_p
 from fuzzy_stereo_ros.matching.realtime.refinement import AROUND, reject_speckles
 import numpy as np
 
-VIEWS_DIFFER = 1.0               # px by which the views may differ
-SEED_NEAR, SEED_SHARE = 1.0, 0.7     # px within which the seed counts as well, and its share
+VIEWS_DIFFER = 1.0       # px by which the views may differ
+SEED_NEAR, SEED_SHARE = 1.0, 0.7  # px within which the seed counts as well, and its share
 FLAT, FLAT_SHARE = 0.3, 0.8      # px within which such a share of a segment lies in a plane
-FLAT_LEAST, OFF_PLANE = 100, 0.5    # least trusted px of it; px from the plane that stay
+FLAT_LEAST, OFF_PLANE = 100, 0.5  # least trusted px of it; px from the plane that stay
 ELSEWHERE = -8, -3, 3, 8  # px, where matches are compared with the one found
 SUPPORT_REACH = SUPPORT_RADIUS * SUPPORT_STRIDE   # px that must lie within the other image too
 FAINT = 0.004            # contrast with these at which certainty is one half

@@ -20,7 +20,7 @@ from fuzzy_stereo_ros.matching.quality.planes import colour_weights, neighbours
 import numpy as np
 
 MEDIAN_RADIUS, MEDIAN_COLOUR, MEDIAN_DISTANCE = 9, 20.0, 9.0     # px, grey levels, px
-UNTRUSTED_SHARE = 0.1          # share of a match that counts where the two views disagree
+UNTRUSTED_SHARE = 0.1    # share of a match that counts where the two views disagree
 _HALF = 1                # genes are measured in 8 bits: costs divided by 2**_HALF
 _TOGETHER = 16           # rows that are divided at a time
 

@@ -32,19 +32,19 @@ from fuzzy_stereo_ros.matching.realtime.operators import GreyRegions, parts_of_r
 import numpy as np
 
 MUTATION = 0.5           # share of the generations that propose planes; the others cross
-PICTURE_PARTS = 4                # such a generation works on 1 / PICTURE_PARTS of the picture
+PICTURE_PARTS = 4        # such a generation works on 1 / PICTURE_PARTS of the picture
 QUIET, OLDEST = 0.5, 16  # planes evolve where this noise is left, or after so many frames
 TANGENT_REACH, JUMP = 2, 1.5    # tangents: cells between which slopes are taken; px of a jump
 CLEAR = 24               # margin of a label in the search from which there is no doubt
 UNTRUSTED = 5            # trust in a match, of TRUSTED, that is hidden or not consistent
-LARGEST_DIFFERENCE = 3.0               # largest difference of neighbours' planes that counts, px
+LARGEST_DIFFERENCE = 3.0  # largest difference of neighbours' planes that counts, px
 SMOOTH = 0.18            # cost of 1 px of difference without an edge, in impossible matches
 EDGE, LEAST_EDGE = 3.3, 0.005    # step of 16 * root of grey at which it falls to 1 / e; floor
 DEMANDS = Demands(far=np.float32(0.5), price=0, least=100)   # of regions that move
-RUN_STEPS = 256, 2048        # grey, in 1 / 256, by which a cell may differ from its run: from, to
-RUN_APART = 0.3, 0.7         # share of it by which the means of joined runs may differ: from, to
-RUN_OVERLAP, SMALLEST_REGION = 6, 40    # cells by which joined runs overlap; cells of a region
-PLANES_TRIED, AGREEMENT = 20, 0.7      # random planes tried a region; px by which cells agree
+RUN_STEPS = 256, 2048    # grey, in 1 / 256, by which a cell may differ from its run: from, to
+RUN_APART = 0.3, 0.7     # share of it by which the means of joined runs may differ: from, to
+RUN_OVERLAP, SMALLEST_REGION = 6, 40  # cells by which joined runs overlap; cells of a region
+PLANES_TRIED, AGREEMENT = 20, 0.7  # random planes tried a region; px by which cells agree
 ON_PLANE, LEAST_ON_PLANE = 1.0, 0.45    # px from a plane; share of a region's trusted cells there
 STALE = 1.0              # px from the map of this frame at which evolved genes are crossed with it
 NEW = 0.75               # px from a label at which an evolved gene replaces it

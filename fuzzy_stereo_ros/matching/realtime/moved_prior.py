@@ -15,11 +15,11 @@ from fuzzy_stereo_ros.matching.kernels.temporal import warp
 from fuzzy_stereo_ros.matching.over_frames.moving_camera import to_pixels
 import numpy as np
 
-CENSUS_SIDE = 3           # cells of a side of the square in which distances of census are summed
+CENSUS_SIDE = 3      # cells of a side of the square in which distances of census are summed
 # largest sum of distances of a trusted moved label: less than by chance, 12 bits a cell
 UNLIKE = 10 * CENSUS_SIDE**2
 LIKELIER = 4         # by which its sum must be below that of the half map where they differ
-AGREEING, FLAT = 3, 3    # labels by which they may differ; largest range of labels in 3 x 3 cells
+AGREEING, FLAT = 3, 3  # labels by which they may differ; largest range of labels in 3 x 3 cells
 LONGEST = 3          # largest strength, reached by labels that survived so many frames
 NO_CENSUS = np.zeros((0, 0), np.uint32), np.zeros((0, 0), np.uint8)
 

@@ -17,11 +17,11 @@ from fuzzy_stereo_ros.matching.kernels.refinement import filling
 import numpy as np
 
 LIKENESS = segments.Likeness(step=768, apart=384, overlap=6)    # of half-size pixels
-LEAST_REGION = 60           # half-size pixels of a region
-MOST_POINTS = 200         # of a region, at most, that its plane is fitted to
+LEAST_REGION = 60    # half-size pixels of a region
+MOST_POINTS = 200    # of a region, at most, that its plane is fitted to
 PARTS = 8            # of the regions, of as many points each, for threads
-PLANES_TRIED, AGREEMENT, ENOUGH = 24, np.float32(0.7), 0.9    # of RandomPlanes
-ON_PLANE_SHARE = 0.6          # of a region's points that must lie within 1 px of its plane
+PLANES_TRIED, AGREEMENT, ENOUGH = 24, np.float32(0.7), 0.9  # of RandomPlanes
+ON_PLANE_SHARE = 0.6  # of a region's points that must lie within 1 px of its plane
 
 
 class Population:

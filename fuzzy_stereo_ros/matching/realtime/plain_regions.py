@@ -20,10 +20,10 @@ from fuzzy_stereo_ros.matching.kernels.simd import LANES
 from fuzzy_stereo_ros.matching.realtime.operators import GreyRegions
 import numpy as np
 
-PLAIN_STEP = 1.4          # grey levels over 2 px of a smoothed picture, below which it is plain
+PLAIN_STEP = 1.4     # grey levels over 2 px of a smoothed picture, below which it is plain
 BURNT = 254          # grey levels; burnt out from here on
 NEAREST = 3          # px of disparity; below it vignette, dust and the sensor's pattern match
-LEAST_REGION = 0.01         # of the picture, for a region to vote
+LEAST_REGION = 0.01  # of the picture, for a region to vote
 ANY_GREY = Likeness(step=2**16, apart=2**16, overlap=1)     # of the plain pixels of a region
 CLIP, LEAST_CLIP = 3.75, 12   # of mean sizes at which a band is clipped; in 1/64 grey level
 PARTS = 8            # of the regions, for threads

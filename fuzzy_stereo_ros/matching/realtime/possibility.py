@@ -43,7 +43,7 @@ JPEG_SIZE = FULL_SIZE._replace(least_step=128)
 COARSE_SIZE = FULL_SIZE._replace(least_step=320, jump=104)
 HALF_SIZE = Model(near_weight=1, census_cut=10, slope_cut=4, box=2, small=22, jump=105,
                   jump_at_edge=34, least_step=0)
-GREY_EDGE = 20           # grey levels of 8 bits
+GREY_EDGE = 20      # grey levels of 8 bits
 
 
 class CensusPicture(Picture):

@@ -18,14 +18,14 @@ from fuzzy_stereo_ros.matching.kernels.refinement.consistency import (
 from fuzzy_stereo_ros.matching.kernels.simd import LANES
 import numpy as np
 
-CLASS_ALIKE = 20           # grey levels within which neighbours belong to a pixel's class
+CLASS_ALIKE = 20     # grey levels within which neighbours belong to a pixel's class
 AROUND = 9           # side of the square whose mean certainty a pixel's confidence is made of
 MEDIAN = 5           # side of the square of the last median of labels
 # Share of right pixels, in steps of 0.1 of mean certainty times the share of agreeing neighbours.
 # Calibrated on every other Middlebury scene and synthetic ones, colour and grey, with noise of 0,
 # 1.5 and 3 grey levels, cold and warm, sharp and blurred; `python -m bench accuracy` prints how
 # true it is on other scenes.
-CALIBRATION = 0, 0.536, 0.692, 0.809, 0.905, 0.955, 0.986, 0.999, 1, 1, 1     # concave
+CALIBRATION = 0, 0.536, 0.692, 0.809, 0.905, 0.955, 0.986, 0.999, 1, 1, 1  # concave
 
 
 class Speckles:

@@ -15,7 +15,7 @@ from fuzzy_stereo_ros.matching.bands import MOST_PARTS
 from fuzzy_stereo_ros.matching.kernels.possibility import sharpness as kernels
 import numpy as np
 
-BLOCKS, BLOCK_STEP = 600, 4     # blocks measured in a picture, about; of so many, at most one
+BLOCKS, BLOCK_STEP = 600, 4  # blocks measured in a picture, about; of so many, at most one
 JPEG_DEVIATIONS = 3.5   # by which small coefficients must be too few to detect JPEG
 FEW = 0.5            # share of the coefficients of other blocks below which they are too few
 BLURRED = 0.85       # share of the other view's sharpness below which a view is blurred

@@ -17,7 +17,7 @@ import numpy as np
 
 SPREAD = 8.0         # largest difference from the 3 x 3 mean that counts as noise, times the noise
 PART = 32            # rows of which parts of the images are multiples
-DENOISE_ROWS, CENSUS_ROWS = 1, 2     # rows around a row that denoising and census read
+DENOISE_ROWS, CENSUS_ROWS = 1, 2  # rows around a row that denoising and census read
 UNSEEN = 0.3         # grey levels of noise that are ignored
 LOUDEST = 8.0        # grey levels; no camera has more noise
 COMPRESSED = 0.5     # grey levels of noise that JPEG counts as in the census

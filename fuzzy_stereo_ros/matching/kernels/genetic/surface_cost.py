@@ -7,7 +7,7 @@ from fuzzy_stereo_ros.matching.kernels.compiled import called, inlined, kernel
 from fuzzy_stereo_ros.matching.kernels.genetic.exchange import row_of
 import numpy as np
 
-COST_PARTS = 1024        # of a unit of cost that an exchange counts
+COST_PARTS = 1024   # of a unit of cost that an exchange counts
 
 
 class Steps(NamedTuple):

@@ -18,7 +18,7 @@ import numpy as np
 
 UNIT = 1024          # the cost of an impossible match; all costs are whole numbers
 TRUSTED = 256        # the trust in a match that counts in full
-IMPOSSIBLE = 255           # the cost of an impossible match in a volume
+IMPOSSIBLE = 255     # the cost of an impossible match in a volume
 _BEYOND = 128        # the least that a match beyond the other image costs in a volume
 
 

@@ -10,7 +10,7 @@ from fuzzy_stereo_ros.matching.kernels.refinement.dense_map import sums_around
 import numpy as np
 
 _SAMPLES = 150       # pixels of a region, about, on which a plane is tried
-LEAST_POINTS = 6            # points that a plane is fitted to
+LEAST_POINTS = 6     # points that a plane is fitted to
 _FLATTEST = 4        # px^2, twice the area of three pixels that give a plane
 _STEEPEST = 2.0      # px a px
 

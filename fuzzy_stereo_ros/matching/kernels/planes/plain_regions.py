@@ -18,14 +18,14 @@ from fuzzy_stereo_ros.matching.kernels.simd import (
     shift_left, shift_right, splat, store, subtract, total)
 import numpy as np
 
-COLUMNS_AROUND = 4              # columns around a picture, as far as the widest mean reaches
+COLUMNS_AROUND = 4   # columns around a picture, as far as the widest mean reaches
 BANDS = 2            # of texture: 1 to 2 px and 2 to 4 px
-LARGEST_VALUE = 11         # value of a quantised band: the sums of a cell stay below 2**15
-CELL_ROWS, CELL_COLUMNS = 8, 16    # rows (of the picture: every other one) and columns of a cell
+LARGEST_VALUE = 11   # value of a quantised band: the sums of a cell stay below 2**15
+CELL_ROWS, CELL_COLUMNS = 8, 16  # rows (of the picture: every other one) and columns of a cell
 HALF = CELL_COLUMNS // 2      # half-size columns of a cell
 COUNTED = 4          # every COUNTED-th row is counted
-SET_PIXEL = 2**16 - 1    # value of a set pixel in a mask at full width
-MEAN_REACH = 3            # rows that the means of a row reach over, above and below
+SET_PIXEL = 2**16 - 1  # value of a set pixel in a mask at full width
+MEAN_REACH = 3       # rows that the means of a row reach over, above and below
 RING = 8             # rows, at least 2 * MEAN_REACH + 1
 
 

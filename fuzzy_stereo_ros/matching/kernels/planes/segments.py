@@ -18,7 +18,7 @@ from fuzzy_stereo_ros.matching.kernels.union_find import join, root
 from fuzzy_stereo_ros.matching.kernels.units import CONSISTENT, STEPS
 import numpy as np
 
-STEP_PARTS = 16           # differences of pixels are counted in units of 1 / STEP_PARTS
+STEP_PARTS = 16      # differences of pixels are counted in units of 1 / STEP_PARTS
 LEVELS = 2**13       # larger differences count as equal
 
 
@@ -109,14 +109,14 @@ def join_pixels(order, differences, scale, smallest, parent, size, inner, labels
             if one == other:
                 continue
             if few:
-                join = min(size[one], size[other]) < smallest
+                joins = min(size[one], size[other]) < smallest
             else:
                 apart = np.float32(differences[edge]) / np.float32(STEP_PARTS)
-                join = apart <= min(inner[one] + scale / size[one],
-                                    inner[other] + scale / size[other])
-                if join:
+                joins = apart <= min(inner[one] + scale / size[one],
+                                     inner[other] + scale / size[other])
+                if joins:
                     inner[one] = apart
-            if join:
+            if joins:
                 parent[other] = one
                 size[one] += size[other]
     number = 0

@@ -14,7 +14,7 @@ from fuzzy_stereo_ros.matching.kernels.simd import (
     add, LANES, load, minimum, shift_left, shift_right, subtract, total)
 import numpy as np
 
-JPEG_BLOCK = 8                   # side of a block of JPEG
+JPEG_BLOCK = 8              # side of a block of JPEG
 ROW_STEP = 8                    # every ROW_STEP-th row is measured for sharpness
 # Ranges of counted coefficients, grey levels; MIDDLE: below the steps of quality 70.
 SMALL, LARGE, MIDDLE = (1.5, 3.5), (4.5, 24.5), (4.5, 8.0)

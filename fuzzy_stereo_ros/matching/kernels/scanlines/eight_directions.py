@@ -17,10 +17,10 @@ from fuzzy_stereo_ros.matching.kernels.simd import (
     add, at_most, choose, LANES, load, lowest, minimum, splat, store, subtract)
 import numpy as np
 
-BESIDE = 8              # elements on both sides of a pixel's labels; a parent's step is less
+BESIDE = 8           # elements on both sides of a pixel's labels; a parent's step is less
 FAR = 30000          # costs more than any path
 STRETCH = 0.8        # power of twice an offset; below 1 it grows
-ALONG, DOWN_RIGHT, DOWN, DOWN_LEFT = range(4)     # planes of grey steps
+ALONG, DOWN_RIGHT, DOWN, DOWN_LEFT = range(4)      # planes of grey steps
 _RIGHTWARDS = 1, 1, 0, -1     # columns that a path steps on the way down, by plane
 
 

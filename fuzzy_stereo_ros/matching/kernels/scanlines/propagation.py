@@ -25,16 +25,16 @@ from fuzzy_stereo_ros.matching.kernels.simd import (
 import numpy as np
 
 WIDE = 2 * LANES    # pixels of a vector
-SUM_RADIUS = 3          # px, of the square of neighbours over which costs are summed
-NEIGHBOURS_ALIKE = 12          # grey levels by which these may differ
+SUM_RADIUS = 3      # px, of the square of neighbours over which costs are summed
+NEIGHBOURS_ALIKE = 12  # grey levels by which these may differ
 SUM_PLACES = 2      # sums over columns are divided by 2**SUM_PLACES, to stay bytes
 CUT = 4             # labels from the parent of a cell beyond which the cost does not grow
 OWN, WEAK = 4, 20   # cost of each of these labels, and where texture is weak
-TILE_ROWS = 16           # of a tile
-TILE_COLUMNS = WIDE - 2 * (SUM_RADIUS + 1)    # of a tile: the sums of the others lack neighbours
+TILE_ROWS = 16      # of a tile
+TILE_COLUMNS = WIDE - 2 * (SUM_RADIUS + 1)  # of a tile: the sums of the others lack neighbours
 GROW = 4            # px, even, around a tile whose genes it inherits
 MOST_CANDIDATES = 255   # of a tile; the largest disparities are dropped
-ROWS_AROUND = TILE_ROWS + 2 * SUM_RADIUS           # rows whose costs are needed
+ROWS_AROUND = TILE_ROWS + 2 * SUM_RADIUS  # rows whose costs are needed
 TAPS = 2 * SUM_RADIUS + 1
 PAD = 8             # bytes around a vector, whose values have no effect
 PADDED = WIDE + 2 * PAD

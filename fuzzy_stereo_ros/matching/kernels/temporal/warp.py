@@ -16,7 +16,7 @@ from fuzzy_stereo_ros.matching.kernels.temporal.change_detection import TILE
 from fuzzy_stereo_ros.matching.kernels.units import CONSISTENT, STEPS
 import numpy as np
 
-NO_LABEL = -1.0      # label of a cell that nothing moved to
+NO_LABEL = -1.0     # label of a cell that nothing moved to
 UNSEEN = 12         # census distance to a place outside the image: that of unrelated pixels
 FARTHEST = 0.3      # px of disparity; points with less are not moved
 WIDEST = 3.0        # cells that a moved cell covers at the most, in each direction
