@@ -36,10 +36,10 @@ class TimedPool(ThreadPool):
     the first parts it needs; within: ms of all of them and of the clock that times them
     """
 
-    def __init__(self, cores):
-        """Begin without joins."""
+    def __init__(self, cores, by_task=True):
+        """Begin without joins; by_task: whether tasks of a kernel are parts of their own."""
         super().__init__(1)
-        self.joins, self.within, self._cores = [], 0.0, cores
+        self.joins, self.within, self._cores, self._by_task = [], 0.0, cores, by_task
 
     def parts(self, rows, height=1):
         """Return the parts of an image for the cores."""
@@ -58,7 +58,9 @@ class TimedPool(ThreadPool):
         self.within += 1000 * (time.thread_time() - started)
 
     def shares(self, needs, begin=all_before):
-        """Have a kernel called for each task."""
+        """Have a kernel called for each task, or as a pool of so many threads would."""
+        if not self._by_task:
+            return [len(needs)] * self._cores, begin
         return [1] * len(needs), lambda before, index: max(
             begin(before, index), (before + needs[index]) * (needs[index] > 0))
 
@@ -137,12 +139,15 @@ def reckon(matcher, frames, cost):
     for number in range(TURNS):
         times, row = {}, {}
         for cores in (1, *CORES):
-            pool = matcher.algorithm.pool = TimedPool(cores)
-            matcher.restore(None, rows)
-            begun = time.thread_time()
-            matcher.match(*frames[number % len(frames)])
+            # To list each task costs time of its own between joins, which no real pool needs.
+            for by_task in (False, True):
+                pool = matcher.algorithm.pool = TimedPool(cores, by_task)
+                matcher.restore(None, rows)
+                begun = time.thread_time()
+                matcher.match(*frames[number % len(frames)])
+                if not by_task:
+                    alone = 1000 * (time.thread_time() - begun) - pool.within
             parts = _sum(pool.joins)
-            alone = 1000 * (time.thread_time() - begun) - pool.within
             times[cores] = together(pool.joins, alone, cores, cost)
             row |= {'joins': sum(len(join) > 1 for join in pool.joins),
                     f'parts on {cores}': np.median([len(join) for join in pool.joins]),

@@ -119,31 +119,28 @@ class Averaging:
         self._motion, self._size, self._offset = Motion(rows, columns), (rows, columns), offset
         self._alike = np.zeros(shape, np.float32)
         self.ages_of_both = np.ones(shape, np.float32)
-        self.tiles = [Tiles(
-            np.zeros((2, 8, *shape), np.float32), *np.zeros((2, *shape), np.float32),
-            np.zeros((2, *shape), np.float32), np.full(shape, -1, np.int8),
-            np.ones(shape, np.float32), np.zeros(shape, np.float32),
-            np.zeros((2, 2, *shape), np.float32), np.zeros((2, *shape), np.float32))
-            for _ in range(2)]
+        sizes = {'differences': (2, 8), 'ages_then': (2,), 'drifts_then': (2, 2), 'drifts': (2,)}
+        kinds = {'choices': np.int8}
+        self._both = Tiles(*(
+            np.zeros((2, *sizes.get(name, ()), *shape), kinds.get(name, np.float32))
+            for name in Tiles._fields))
+        self.tiles = [Tiles(*(values[side] for values in self._both)) for side in range(2)]
         self.noise, self.shift, self.pictures, self.share = 0.0, (0, 0), None, 0.0
 
     @property
     def ages(self):
         """A copy of the ages of both views' tiles: float32 (2, tile rows, tile columns)."""
-        return np.stack([tiles.ages for tiles in self.tiles])
+        return self._both.ages.copy()
 
     @property
     def drifts(self):
         """A copy of the drifts of both views' tiles: float32 (2, 2, tile rows, tile columns)."""
-        return np.stack([tiles.drifts for tiles in self.tiles])
+        return self._both.drifts.copy()
 
     def _restart(self, pool, views):
         """Start anew with the pictures of this frame."""
         self.noise, self.shift, self.share = 0.0, (0, 0), 0.0
-        for tiles in self.tiles:
-            tiles.choices[:] = -1
-            tiles.ages[:] = 1
-            tiles.drifts[:] = 0
+        self._both.choices[:], self._both.ages[:], self._both.drifts[:] = -1, 1, 0
         self.ages_of_both[:] = 1
         pictures = np.empty((2, *self._size), np.uint16)
         self.blend(pool, views, (0, 1), pictures, pictures)
@@ -161,8 +158,7 @@ class Averaging:
             return
         pictures, ages, drifts, labels = history
         self.shift = 0, 0
-        for tiles, before, drift in zip(self.tiles, ages, drifts):
-            tiles.ages_then[:], tiles.drifts_then[:] = before, drift
+        self._both.ages_then[:], self._both.drifts_then[:] = ages[:, None], drifts[:, None]
         shares = self._choose(pool, views, history, 1)
         if search and min(shares) < STILL:
             self.shift = self._motion.between(pictures[0], views[0].luminance)
@@ -178,7 +174,7 @@ class Averaging:
             if share < ANOTHER:
                 tiles.choices[:] = -1
                 tiles.ages[:] = 1
-            tiles.drifts[:] = 0
+        self._both.drifts[:] = 0
         self.ages_of_both[:] = self.tiles[0].ages
         if labels is not None:
             self._reject_drifting(labels)

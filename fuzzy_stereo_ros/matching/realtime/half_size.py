@@ -75,13 +75,21 @@ class HalfSize:
                                zeros((rows, columns), np.uint8), disparities,
                                (DEAD_ZONE, CUT), (0, VOTED_CUT))
 
-    def search(self, pool, grey, noise, described=all_before):
+    def search(self, pool, described=all_before):
         """
-        Return the `HalfSizeResult` of the pair that the possibility was filled with.
+        Search the labels of the pair that the possibility was filled with.
+
+        pool: a ThreadPool, or a Chain; described: a rule that needs the features, see `all_before`
+        """
+        self._scanlines.search(pool, needs=described)
+
+    def complete(self, pool, grey, noise, searched=all_before):
+        """
+        Return the `HalfSizeResult` of a search.
 
         pool: a ThreadPool, or a Chain, which completes the result; grey: uint8, full left; noise:
-        of it, grey levels, standard deviation, which is no texture; described: a rule that needs
-        the features, see `all_before`
+        of it, grey levels, standard deviation, which is no texture; searched: a rule that needs
+        the search, see `all_before`
         """
         limit = int(hypot(WEAK_TEXTURE, NOISY_STEPS * noise))
         chosen, rows, prior = self._scanlines.chosen, len(self._labels), self._prior
@@ -106,8 +114,7 @@ class HalfSize:
                 self._labels, (chosen.labels, chosen.offsets, chosen.margins, self._validity),
                 self.weak, self._smooth, CLEAR, (prior.labels, prior.weights), first, last)
         bands = pool.parts(rows)
-        self._scanlines.search(pool, needs=described)
-        pool.each(finish, bands)
+        pool.each(finish, bands, searched)
         pool.each(lambda step: self._speckles.join(chosen.labels, step, bands), [1])
         pool.each(fill, bands)
         pool.each(write_limits, bands, beside(bands, 1))

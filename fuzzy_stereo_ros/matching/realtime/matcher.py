@@ -173,7 +173,12 @@ class RealtimeMatcher:
         described = chain.stages_so_far()
         chain.each(watch.lap, ['possibility'])
         self._plain_regions.find(chain)
-        half = self._half_size.search(chain, views.full.left.grey, views.noise, described)
+        found = chain.stages_so_far()
+        self._half_size.search(chain, described)
+        searched = chain.stages_so_far()
+        self._plain_regions.split(chain, found)     # by threads that the search needs no more
+        half = self._half_size.complete(chain, views.full.left.grey, views.noise, searched)
+        self._half_size.mutate(chain, self._plain_regions)
         chain.run()
         return half
 
@@ -186,25 +191,26 @@ class RealtimeMatcher:
         """
         pool, refinement, population = self.pool, self._refinement, self.population
         chain, config = Chain(pool), self._config
-        self._weak_regions.grow(chain, self._views.half.left.luminance, self._half_size.weak)
-        self._half_size.mutate(chain, self._plain_regions)
-        if previous is not None:
-            chain.run()     # the previous best is compared with the half-size map
         previous_prior = self._stages.previous_best(self._warm_start, pool, previous, half)
         self._search.limit(chain, half.labels)
         chain.each(watch.lap, ['coarse'])
         chosen = self._search.search(chain, half.prior, previous_prior)
+        searched = chain.stages_so_far()
+        self._weak_regions.grow(chain, self._views.half.left.luminance, self._half_size.weak)
 
         def fill(band):
             refinement.reject_speckles(config, band)
             population.fill(chosen.labels, refinement.validity, band)
+            self._weak_regions.count(refinement.validity, band)
         bands = pool.parts(len(chosen.labels))
-        chain.each(lambda band: refinement.check(chosen, config, band), bands)
+        chain.each(lambda band: refinement.check(chosen, config, band), bands, searched)
         refinement.join_speckles(chain, chosen, config)
         chain.each(fill, bands)
         filled = chain.stages_so_far()
-        self._weak_regions.gather(chain, chosen, refinement.validity, filled)
+        self._weak_regions.place(chain, filled)
+        placed = chain.stages_so_far()
         population.measure(chain, filled)
+        self._weak_regions.gather(chain, chosen, refinement.validity, placed)
         self._weak_regions.mutate(chain, population.genes[0], Random((config.seed,)))
         chain.run()
         watch.lap(self._search.stage)

@@ -11,7 +11,7 @@ with the mutant takes the regions that are fitter.
 from itertools import pairwise
 
 from fuzzy_stereo_ros.matching.arrays import zeros
-from fuzzy_stereo_ros.matching.bands import MOST_PARTS
+from fuzzy_stereo_ros.matching.bands import all_before, MOST_PARTS, nothing_before
 from fuzzy_stereo_ros.matching.kernels.planes import segments
 from fuzzy_stereo_ros.matching.kernels.refinement import filling
 import numpy as np
@@ -77,13 +77,13 @@ class GreyRegions:
         self._row_runs = zeros((rows, 2), np.int32)
         self._sums = zeros((MOST_PARTS, 2, columns + 1), np.int32)
 
-    def grow(self, pool, luminance, weak, likeness, least):
+    def grow(self, pool, luminance, weak, likeness, least, needs=all_before):
         """
         Grow the regions of a picture.
 
         pool: a ThreadPool, or a Chain; luminance: uint16, the picture with a margin; weak: uint8
         (r, c or more), where regions may lie; likeness: a `Likeness`, of runs; least: pixels of a
-        region
+        region; needs: a rule for the runs, see `all_before`
         """
         runs, likeness = (self._begin, self._end, self._parent, self._row_runs), tuple(likeness)
         bands = pool.parts(len(self._row_runs))
@@ -93,7 +93,7 @@ class GreyRegions:
             self.number = segments.number_regions(runs, least, self._size, self._region)
         pool.each(lambda band: segments.find_runs(
             luminance, weak, likeness, runs, self._sums[band[0]], band[1], band[2]),
-            bands)
+            bands, needs)
         pool.each(join, [np.array([first for _, first, _ in bands])])
 
     @property
@@ -124,7 +124,8 @@ class WeakRegions:
         rows, columns = possibility.rows, possibility.columns
         self._possibility, self._regions = possibility, GreyRegions(rows // 2, columns // 2)
         pixels, most = (rows // 2) * (columns // 2), (rows // 2) * (columns // 2) // LEAST_REGION
-        self._tally, self._starts = zeros((most, 3), np.int32), zeros(most + 1, np.int32)
+        self._waited, self._places = (zeros((MOST_PARTS, most), np.int32) for _ in range(2))
+        self._every, self._starts = zeros(most, np.int32), zeros(most + 1, np.int32)
         self._points = zeros((3, pixels), np.float32)
         self._planes = zeros((most, 3), np.float32)
         self.mutant = zeros((rows, columns), labels_type)
@@ -136,23 +137,49 @@ class WeakRegions:
         pool: a ThreadPool, or a Chain; luminance: uint16, the half-size picture with a margin;
         weak: uint8 (r, c), where texture is weak
         """
-        self._regions.grow(pool, luminance, weak, LIKENESS, LEAST_REGION)
+        self._regions.grow(pool, luminance, weak, LIKENESS, LEAST_REGION, nothing_before)
 
-    def gather(self, pool, chosen, validity, needs):
+    def count(self, validity, band):
         """
-        Gather matches of the regions, once these are grown.
+        Count the matches of the regions in a band of rows, once the regions are grown.
+
+        validity: uint8 (R, C), which labels are consistent, in the rows of the band
+        """
+        regions, number = self._regions.grown
+        index, first, last = band
+        segments.count_matches(
+            regions, validity, self._waited[index, :number], first // 2, last // 2)
+
+    def place(self, pool, counted):
+        """
+        Place the points of the regions among those of all.
+
+        pool: a ThreadPool, or a Chain; counted: a rule that needs all bands counted, see
+        `all_before`
+        """
+        def place(bands):
+            number = self._regions.number
+            starts = self._starts[:number + 1]
+            segments.place_points(MOST_POINTS, self._waited[:bands, :number],
+                                  self._every[:number], self._places[:bands, :number], starts)
+            self._parts = parts_of_regions(starts)
+        pool.each(place, [len(pool.parts(len(self.mutant)))], counted)
+
+    def gather(self, pool, chosen, validity, placed):
+        """
+        Gather matches of the regions.
 
         pool: a ThreadPool, or a Chain; chosen, validity: the `SearchResult`, and which of its
-        labels are consistent; needs: a rule, see `all_before`
+        labels are consistent; placed: a rule that needs them placed, see `all_before`
         """
-        def gather(validity):
-            regions, number = self._regions.grown
-            starts = self._starts[:number + 1]
+        matches = chosen.labels, chosen.offsets, validity
+
+        def gather(band):
+            index, first, last = band
             segments.gather_points(
-                regions, MOST_POINTS, chosen.labels, chosen.offsets, validity,
-                self._tally[:number], starts, self._points)
-            self._parts = parts_of_regions(starts)
-        pool.each(gather, [validity], needs)
+                self._regions.grown[0], self._every, self._waited[index], self._places[index],
+                matches, self._points, first // 2, last // 2)
+        pool.each(gather, pool.parts(len(validity)), placed)
 
     def mutate(self, pool, parent, random):
         """
@@ -195,7 +222,7 @@ class NotMutated:
     def grow(self, *_):
         """Grow no regions."""
 
-    find = gather = mutate = grow
+    find = split = count = place = gather = mutate = grow
 
     def operators(self, *_):
         """Return no operators."""

@@ -9,10 +9,11 @@ determine its disparity. A region takes the plane that its pixels vote for where
 exceeds that of the half-size map. The plane is written into that map and is a prior of the full
 search, which so uses the same evidence. Regions that single windows can match are left alone.
 """
+from functools import partial
 from typing import NamedTuple
 
 from fuzzy_stereo_ros.matching.arrays import zeros
-from fuzzy_stereo_ros.matching.bands import MOST_PARTS, nothing_before, widened
+from fuzzy_stereo_ros.matching.bands import MOST_PARTS, widened
 from fuzzy_stereo_ros.matching.kernels.planes import plain_masks, plain_regions as kernels
 from fuzzy_stereo_ros.matching.kernels.planes.region_votes import judge
 from fuzzy_stereo_ros.matching.kernels.planes.segments import Likeness
@@ -122,49 +123,64 @@ class PlainRegions:
         self._regions.grow(pool, left.half.luminance, left.plain.mask, ANY_GREY, self._least)
         pool.each(self._list, [self._cells])
 
+    def split(self, pool, found):
+        """
+        Split the texture of both views into bands.
+
+        pool: a ThreadPool, or a Chain; found: a rule that needs the regions found, see
+        `all_before`
+        """
+        right = self._right
+
+        def split(band):
+            right.mark(*widened(band, kernels.MEAN_REACH, len(right.plain.mask)))
+            for texture, existing in zip((self._left, right), self._existing):
+                texture.split(existing, band)
+        pool.each(partial(self._if_found, split), self._parts(pool), found)
+
     def mutate(self, pool, half_labels, prior, weight):
         """
-        Give the plain regions, once found, the planes that they vote for.
+        Give the plain regions, once texture is split, the planes that they vote for.
 
         pool: a ThreadPool, or a Chain; half_labels: (r, c), the half-size map, and prior: the
         `Prior` of the full search, both written; weight: of the prior there
         """
-        found, left, right, bands = self._found, self._left, self._right, self._parts(pool)
-        if found is None:
-            return
+        left, right, bands = self._left, self._right, self._parts(pool)
         target = right.bands.values, right.bands.seen, self._base
-
-        def split(band):
-            right.mark(*widened(band, kernels.MEAN_REACH, len(right.plain.mask)))
-            for texture, existing in zip((left, right), self._existing):
-                texture.split(existing, band)
 
         def vote(band):
             for texture in (left, right):
                 texture.quantise(texture.sums(), band)
+            found = self._found
             kernels.vote(left.bands.values, target, found.regions, found.places, half_labels,
                          found.votes, *band[1:])
 
         def judge_some(part):
-            power = np.array([square / max(count, 1) for _, count, square in right.sums()])
+            found = self._found
             for region in range(part, len(found.planes), PARTS):
+                power = np.array([square / max(count, 1) for _, count, square in right.sums()])
                 judge(found.votes, (found.places[region], *found.starts[region:region + 2]),
                       self._disparities, self._nearest, power, found.planes[region],
                       self.figures[region], found.accepted)
 
         def write(band):
+            found = self._found
             kernels.write_planes(
                 found.regions, (found.places, found.accepted), found.planes,
                 (half_labels, self._half_disparities), (prior.labels, self._disparities),
                 prior.weights, weight, *band[1:])
-        pool.each(split, bands, nothing_before)
-        parts = range(min(PARTS, len(found.planes)))
-        for work, items in ((vote, bands), (judge_some, parts), (write, bands)):
-            pool.each(work, items)
+        for work, items in ((vote, bands), (judge_some, range(PARTS)), (write, bands)):
+            pool.each(partial(self._if_found, work), items)
+
+    def _if_found(self, work, item):
+        """Call work(item) if the pair has plain regions."""
+        if self._found is not None:
+            work(item)
 
     def _parts(self, pool):
-        """Return parts of whole cells."""
-        return pool.parts(self._left.half.rows, kernels.CELL_ROWS)
+        """Return parts of half-size rows, of whole cells: as many as of full-size rows."""
+        return [(index, first // 2, last // 2) for index, first, last in pool.parts(
+            self._left.view.rows, 2 * kernels.CELL_ROWS)]
 
     def _list(self, sides):
         """List the cells that the regions reach into; sides: rows and columns of cells."""

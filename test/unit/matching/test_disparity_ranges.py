@@ -137,7 +137,8 @@ def test_the_half_size_chromosome_is_put_together_as_by_the_twins(
         view.halve(half, 0, half_rows)
     possibility.describe(CensusPicture.describe, 0, half_rows)
     half_size, pool = HalfSize(possibility, *shape, disparities), ThreadPool(1)
-    half = half_size.search(pool, full[0].grey, NOISE)
+    half_size.search(pool)
+    half = half_size.complete(pool, full[0].grey, NOISE)
     for found, expected in zip(
             (half.labels, half.validity, half.prior.labels, half.prior.weights),
             half_map_of_twins(left, right, disparities, places, min_disparity)):
@@ -152,8 +153,8 @@ def test_noise_is_not_taken_for_texture():
     grey = np.zeros((shape[0], shape[1] + LANES), np.uint8)
     for noise in (1, 5, 9):
         grey[:] = np.rint(128 + noise * random.standard_normal(grey.shape))
-        half_size.search(pool, grey, float(noise))
+        half_size.complete(pool, grey, float(noise))
         assert half_size.weak.mean() > 0.95
     grey[:, 2::4] = grey[:, 3::4] = 200
-    half_size.search(pool, grey, 9.0)
+    half_size.complete(pool, grey, 9.0)
     assert half_size.weak.mean() < 0.05

@@ -5,7 +5,7 @@ from functools import cache
 
 import cv2
 from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
-from fuzzy_stereo_ros.matching.bands import ThreadPool
+from fuzzy_stereo_ros.matching.bands import all_before, ThreadPool
 from fuzzy_stereo_ros.matching.kernels.planes import plain_regions as kernels
 from fuzzy_stereo_ros.matching.over_frames.pictures import NoiseEstimate
 from fuzzy_stereo_ros.matching.realtime.matcher import Stages
@@ -58,10 +58,16 @@ def matched(pair, **options):
     return matcher.match(*pair[:2]).disparity, matcher.algorithm
 
 
+def found_and_mutated(plain_regions, pool, *prior):
+    """Find the plain regions of a pair, and give them their planes; prior: see mutate."""
+    plain_regions.find(pool)
+    plain_regions.split(pool, all_before)
+    plain_regions.mutate(pool, *prior)
+
+
 def mutate(algorithm, half, prior):
     """Find the plain regions of the last pair again, and write their planes into a map."""
-    algorithm._plain_regions.find(algorithm.pool)
-    algorithm._plain_regions.mutate(algorithm.pool, half, prior, 2)
+    found_and_mutated(algorithm._plain_regions, algorithm.pool, half, prior, 2)
 
 
 def wrong(disparity, truth):
@@ -176,8 +182,7 @@ def test_evidence_is_that_of_the_twin(size, min_disparity):
     prior = prior_of(np.zeros(size, np.uint8), np.zeros(size, np.uint8), DISPARITIES, (0, 1))
     try:
         kernels.vote = lambda *arguments: (kept(*arguments), keep(*arguments))
-        plain.find(pool)
-        plain.mutate(pool, half, prior, 1)
+        found_and_mutated(plain, pool, half, prior, 1)
     finally:
         kernels.vote = kept
     places, curves, counts = seen['vote']

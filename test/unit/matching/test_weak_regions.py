@@ -4,7 +4,7 @@
 from types import SimpleNamespace
 
 from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
-from fuzzy_stereo_ros.matching.bands import nothing_before, ThreadPool
+from fuzzy_stereo_ros.matching.bands import all_before, ThreadPool
 from fuzzy_stereo_ros.matching.evolution import Random
 from fuzzy_stereo_ros.matching.kernels.planes import segments
 from fuzzy_stereo_ros.matching.kernels.possibility.features import MARGIN
@@ -63,18 +63,26 @@ def test_regions_are_the_joined_runs_of_the_twin(seed, rows, columns):
 
 
 @settings(max_examples=40)
-@given(st.integers(0, 2**20), st.sampled_from([1, 3, 7, 200]))
-def test_points_are_consistent_matches_evenly_spread(seed, most):
+@given(st.integers(0, 2**20), st.sampled_from([1, 3, 7, 200]), st.integers(1, 5))
+def test_points_are_consistent_matches_evenly_spread_however_rows_are_cut(seed, most, parts):
     shape, draw = (8, 21), np.random.default_rng(seed)
     grey, weak = patches(seed, *shape)
+    bands = [(index, rows[0], rows[-1] + 1) for index, rows in enumerate(
+        np.array_split(np.arange(shape[0]), parts))]
     regions, number = grown(grey, weak)
     full = 2 * shape[0] + 1, 2 * shape[1] + 1
     labels = draw.integers(0, DISPARITIES, full).astype(np.uint8)
     offsets = draw.integers(-STEPS // 2, STEPS // 2 + 1, full).astype(np.int8)
     validity = draw.integers(0, 3, full).astype(np.uint8)
-    tally, starts = np.zeros((number, 3), np.int32), np.zeros(number + 1, np.int32)
+    counts, places = np.full((2, len(bands), number), -1, np.int32)
+    every, starts = np.zeros(number, np.int32), np.zeros(number + 1, np.int32)
     found = np.zeros((3, grey.size), np.float32)
-    segments.gather_points(regions, most, labels, offsets, validity, tally, starts, found)
+    for index, first, last in bands:
+        segments.count_matches(regions, validity, counts[index], first, last)
+    segments.place_points(most, counts, every, places, starts)
+    for index, first, last in bands:
+        segments.gather_points(regions, every, counts[index], places[index],
+                               (labels, offsets, validity), found, first, last)
     numbers = as_map(regions, shape)
     for region in range(number):
         mine = found[:, starts[region]:starts[region + 1]]
@@ -150,8 +158,12 @@ def test_a_wall_that_was_half_wrong_is_proposed_as_one_plane():
     validity = np.zeros((rows, columns), np.uint8)
     validity[::3] = INVALID
     chosen = SimpleNamespace(labels=labels, offsets=np.zeros(labels.shape, np.int8))
-    regions.gather(ThreadPool(1), chosen, validity, nothing_before)
-    regions.mutate(ThreadPool(1), labels, Random((0,)))
+    pool = ThreadPool(1)
+    for band in pool.parts(rows):
+        regions.count(validity, band)
+    regions.place(pool, all_before)
+    regions.gather(pool, chosen, validity, all_before)
+    regions.mutate(pool, labels, Random((0,)))
     assert (regions.mutant == 8).all()
 
 

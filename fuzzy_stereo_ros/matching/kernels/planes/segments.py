@@ -236,43 +236,71 @@ def number_regions(runs, least, size, region):
 
 
 @kernel
-def gather_points(regions, most, labels, offsets, validity, tally, starts, points):
+def count_matches(regions, validity, counts, first, last):
     """
-    Write consistent matches of each region, at most `most` of them, evenly spread.
+    Count the consistent matches of each region in some half-size rows.
 
-    regions: the fields of Regions; labels, offsets, validity: (R, C), of the full image; tally:
-    int32 (regions, 3), memory; starts: int32 (regions + 1,); points: float32 (3, r * c), x, y and
-    disparity in full px: those of region i are points[:, starts[i]:starts[i + 1]]
+    regions: the fields of Regions; validity: uint8 (R, C), of the full image; counts: int32
+    (regions,)
     """
     begin, end, row_runs, region = regions
-    every, waited, place = tally[:, 0], tally[:, 1], tally[:, 2]   # one match in `every`
-    every[:] = 0
-    for row in range(len(row_runs)):
+    counts[:] = 0
+    for row in range(first, last):
         for run in range(row_runs[row, 0], row_runs[row, 1]):
             if region[run] >= 0:
                 for column in range(begin[run], end[run]):
-                    every[region[run]] += validity[2 * row + 1, 2 * column + 1] == CONSISTENT
+                    counts[region[run]] += validity[2 * row + 1, 2 * column + 1] == CONSISTENT
+
+
+@kernel
+def place_points(most, counts, every, places, starts):
+    """
+    Choose at most `most` matches of each region, evenly spread: one of `every`.
+
+    counts: int32 (bands, regions), of count_matches by bands of rows; every: int32 (regions,);
+    places: int32 (bands, regions), where the first point of each band will be; starts: int32
+    (regions + 1,), points of region i are starts[i] to starts[i + 1] - 1. Counts become those of
+    the matches of the bands before since the last point.
+    """
     starts[0] = 0
-    for mine in range(every.size):
-        count = every[mine]
-        every[mine] = (count + most - 1) // most
-        place[mine], waited[mine] = starts[mine], 1
-        starts[mine + 1] = starts[mine] + count // max(every[mine], 1)
-    for row in range(len(row_runs)):
+    for region in range(every.size):
+        total = counts[:, region].sum()
+        every[region] = max((total + most - 1) // most, 1)
+        before = 0
+        for band in range(len(counts)):
+            found = counts[band, region]
+            places[band, region] = starts[region] + before // every[region]
+            counts[band, region] = before % every[region]
+            before += found
+        starts[region + 1] = starts[region] + total // every[region]
+
+
+@kernel
+def gather_points(regions, every, waited, places, chosen, points, first, last):
+    """
+    Write the points of regions in some half-size rows, once these are placed.
+
+    regions: the fields of Regions; every: of place_points; waited, places: int32 (regions,), the
+    counts and places of the band, which are overwritten; chosen: labels, offsets, validity (R, C),
+    of the full image; points: float32 (3, r * c), x, y and disparity in full px
+    """
+    begin, end, row_runs, region = regions
+    labels, offsets, validity = chosen
+    for row in range(first, last):
         for run in range(row_runs[row, 0], row_runs[row, 1]):
             mine = region[run]
             if mine < 0:
                 continue
             for column in range(begin[run], end[run]):
                 if validity[2 * row + 1, 2 * column + 1] == CONSISTENT:
+                    waited[mine] += 1
                     if waited[mine] == every[mine]:
-                        points[0, place[mine]], points[1, place[mine]] = column, row
-                        points[2, place[mine]] = (
+                        points[0, places[mine]], points[1, places[mine]] = column, row
+                        points[2, places[mine]] = (
                             np.float32(labels[2 * row + 1, 2 * column + 1])
                             + np.float32(offsets[2 * row + 1, 2 * column + 1]) / np.float32(STEPS))
-                        place[mine] += 1
+                        places[mine] += 1
                         waited[mine] = 0
-                    waited[mine] += 1
 
 
 @kernel
