@@ -160,8 +160,8 @@ class WeakRegions:
         def place(bands):
             number = self._regions.number
             starts = self._starts[:number + 1]
-            segments.place_points(MOST_POINTS, self._waited[:bands, :number],
-                                  self._every[:number], self._places[:bands, :number], starts)
+            segments.place_points(MOST_POINTS, bands, self._waited, self._every[:number],
+                                  self._places, starts)
             self._parts = parts_of_regions(starts)
         pool.each(place, [len(pool.parts(len(self.mutant)))], counted)
 

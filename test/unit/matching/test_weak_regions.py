@@ -79,7 +79,7 @@ def test_points_are_consistent_matches_evenly_spread_however_rows_are_cut(seed, 
     found = np.zeros((3, grey.size), np.float32)
     for index, first, last in bands:
         segments.count_matches(regions, validity, counts[index], first, last)
-    segments.place_points(most, counts, every, places, starts)
+    segments.place_points(most, len(bands), counts, every, places, starts)
     for index, first, last in bands:
         segments.gather_points(regions, every, counts[index], places[index],
                                (labels, offsets, validity), found, first, last)

@@ -253,21 +253,21 @@ def count_matches(regions, validity, counts, first, last):
 
 
 @kernel
-def place_points(most, counts, every, places, starts):
+def place_points(most, bands, counts, every, places, starts):
     """
     Choose at most `most` matches of each region, evenly spread: one of `every`.
 
-    counts: int32 (bands, regions), of count_matches by bands of rows; every: int32 (regions,);
-    places: int32 (bands, regions), where the first point of each band will be; starts: int32
-    (regions + 1,), points of region i are starts[i] to starts[i + 1] - 1. Counts become those of
-    the matches of the bands before since the last point.
+    bands: number of bands of rows; counts: int32 (bands or more, regions or more), of
+    count_matches; every: int32 (regions,); places: int32 as counts, where the first point of each
+    band will be; starts: int32 (regions + 1,), points of region i are starts[i] to
+    starts[i + 1] - 1. Counts become those of the matches of the bands before since the last point.
     """
     starts[0] = 0
     for region in range(every.size):
-        total = counts[:, region].sum()
+        total = counts[:bands, region].sum()
         every[region] = max((total + most - 1) // most, 1)
         before = 0
-        for band in range(len(counts)):
+        for band in range(bands):
             found = counts[band, region]
             places[band, region] = starts[region] + before // every[region]
             counts[band, region] = before % every[region]
