@@ -28,7 +28,7 @@ _SLACK = 64          # bytes behind an array that a vector may read or write
 # Rows and arrays a multiple of a page apart would evict each other from the cache.
 PAGE = 4096          # bytes
 SHIFT = 448          # bytes
-PART = 16            # rows that a thread begins at a time
+PART = 8             # rows that a thread begins at a time
 GROW, LABEL_MARGIN = 8, 4  # px around a tile whose labels it searches too; labels around its range
 STRIP_BYTES = 1 << 20   # of costs of the rows of tiles that are completed at a time, if several
 
