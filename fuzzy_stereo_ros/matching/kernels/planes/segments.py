@@ -10,6 +10,7 @@ half-size image; its pixel (y, x) stands for the full pixels (2 y .. 2 y + 1, 2 
 """
 from typing import NamedTuple
 
+from fuzzy_stereo_ros.matching.kernels.addresses import next_byte
 from fuzzy_stereo_ros.matching.kernels.compiled import called, inlined, kernel
 from fuzzy_stereo_ros.matching.kernels.planes.fits import (
     agreeing, best_of_random, LEAST_POINTS, least_squares)
@@ -141,7 +142,7 @@ def find_runs(luminance, weak, likeness, runs, sums, first, last):
     Those of the rows first .. last are numbered from first * c on.
 
     luminance: uint16 (r + 2 MARGIN, ...); weak: uint8 (r, c or more); likeness: the fields of a
-    Likeness; runs: those of Runs, written; sums: int32 (2, c + 1), memory.
+    Likeness; runs: those of Runs, written; sums: int32 (2, c + 1), memory, of grey in the runs
     """
     likeness, runs = Likeness(*likeness), Runs(*runs)
     begin, end, parent = runs.begin, runs.end, runs.parent
@@ -149,26 +150,24 @@ def find_runs(luminance, weak, likeness, runs, sums, first, last):
     known = first * columns
     for row in range(first, last):
         here, above = sums[row & 1], sums[1 - (row & 1)]
-        line, textured = luminance[row + MARGIN], weak[row]
+        line, allowed = luminance[row + MARGIN], weak[row, :columns]
         runs.rows[row, 0] = known
-        total, mean, open_at = np.int32(0), np.int32(0), np.int32(-1)
-        for column in range(columns):
-            here[column] = total
+        total, column = np.int32(0), next_byte(allowed, 0, 0, False)
+        while column < columns:
             grey = np.int32(line[np.uint64(column + MARGIN)])
-            total += grey
-            if open_at >= 0 and (not textured[column] or abs(grey - mean) > likeness.step):
-                begin[known], end[known], parent[known] = open_at, column, known
-                known += 1
-                open_at = np.int32(-1)
-            if textured[column]:
-                if open_at < 0:
-                    open_at, mean = np.int32(column), grey
-                else:
-                    mean += (grey - mean) >> _FOLLOWS
-        here[columns] = total
-        if open_at >= 0:
-            begin[known], end[known], parent[known] = open_at, columns, known
+            mean, difference = grey, np.int32(0)
+            begin[known], parent[known], here[column] = column, known, total
+            while abs(difference) <= likeness.step:
+                mean += difference >> _FOLLOWS
+                total, column = total + grey, column + 1
+                here[column] = total
+                if column == columns or not allowed[column]:
+                    break
+                grey = np.int32(line[np.uint64(column + MARGIN)])
+                difference = grey - mean
+            end[known] = column
             known += 1
+            column = next_byte(allowed, column, 0, False)
         runs.rows[row, 1] = known
         if row > first:
             _join(runs, row, likeness, here, above)
