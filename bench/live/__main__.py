@@ -25,7 +25,6 @@ from tqdm import tqdm
 
 RATE, FAST = 30.0, 300.0                            # pairs/s
 COMPARED = RATE, 2 * RATE                           # pairs/s, beside the plain node
-TURNS = 3           # runs of each of the two nodes
 CASES = ((640, 480, 64), (1280, 720, 128))          # columns, rows, disparities
 SMALL = 160, 120, 32                                # of the memory run
 EVOLVING, EVOLVED = 'paper_live', ((384, 288, 16), (450, 375, 60))      # a profile, its cases
@@ -105,10 +104,10 @@ def live_row(case, seconds, log):
     return *row, max(latest), float(np.median(late)), float(np.nanmedian(beyond))
 
 
-def compared_rows(case, rate, seconds, log):
-    """Return the rows of our node, the plain node and their ratio: medians of the runs."""
+def compared_rows(case, rate, seconds, runs, log):
+    """Return the rows of our node, the plain node and their ratio: medians of runs of each."""
     figures = {OURS: [], PLAIN: []}
-    for _ in range(TURNS):
+    for _ in range(runs):
         for program, turns in figures.items():
             with running(program, *case, rate, log) as (listener, process):
                 listener.spin(min(SETTLED, seconds))
@@ -140,7 +139,7 @@ def run(arguments):
     """Measure, print the tables, and return the exit code."""
     if arguments.output is not None:
         check_page(arguments.output)
-    for name in ('seconds', 'frames'):
+    for name in ('seconds', 'frames', 'repeats'):
         value = getattr(arguments, name)
         if value <= 0:
             raise ValueError(f'--{name} is {value}; allowed are numbers above 0')
@@ -151,7 +150,8 @@ def run(arguments):
             evolving = [rate_row(case, arguments.seconds, log, '--param', f'profile:={EVOLVING}')
                         for case in arguments.case or EVOLVED]
             compared = [row for rate in COMPARED
-                        for row in compared_rows(cases[0], rate, arguments.seconds, log)]
+                        for row in compared_rows(
+                            cases[0], rate, arguments.seconds, arguments.repeats, log)]
             memory, idle = memory_rows(arguments.frames, arguments.seconds, log)
     except NodeFailed as failure:
         print(f'bench.live: {failure}', file=sys.stderr)
@@ -174,7 +174,7 @@ def run(arguments):
                ('beside', 'received/s', 'latency median [ms]', '95th percentile [ms]',
                 'oldest [ms]', 'of a core [%]', 'processor time of a pair [ms]'), compared,
                "The plain node is rclpy and OpenCV's 3WAY on all cores, with the same QoS. The "
-               f'two run in turns, {TURNS} times each; medians of the turns.'),
+               f'two run in turns, {arguments.repeats} times each; medians of the turns.'),
          Table(f'Memory at {SMALL[0]}x{SMALL[1]}, {SMALL[2]} disparities, as fast as it goes',
                ('pairs', 'MB'), memory, 'Without a subscriber, the camera going on, the node then '
                f'takes {idle:.2f} % of a core.', digits=1)])
@@ -199,6 +199,8 @@ def _parser():
                              f"{' and '.join('x'.join(map(str, case)) for case in CASES)}")
     parser.add_argument('--frames', type=int, default=10000,
                         help='number of frames of the memory run; default: 10000')
+    parser.add_argument('--repeats', type=int, default=3,
+                        help='runs of each node beside the plain one; default: 3')
     parser.add_argument('--output', metavar='FILE.md',
                         help='also write the section of this page')
     parser.set_defaults(run=run)

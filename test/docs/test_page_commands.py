@@ -93,7 +93,8 @@ def test_the_examples_of_a_command_work_as_they_are_written(name, workers, tmp_p
     fill(tmp_path)
     monkeypatch.chdir(tmp_path)
     short = {'synthesise': ['--columns', '70', '--rows', '20', '--frames', '1'],
-             'benchmark': ['--columns', '96', '--rows', '48', '--repeats', '1']}.get(name, [])
+             'benchmark': ['--columns', '96', '--rows', '48', '--repeats', '1'],
+             'evolve': ['--generations', '2']}.get(name, [])
     for page in GUIDES:
         for words in commands(page, f'fuzzy-stereo {name}'):
             if workers == ('--workers' in words) and not (

@@ -43,7 +43,7 @@ def test_a_short_run_writes_its_section_and_every_pair_is_accounted_for(ros, tmp
     page = tmp_path / 'page.md'
     done = subprocess.run(
         [sys.executable, '-m', 'bench.live', '--seconds', '1', '--frames', '50',
-         '--case', '160x120x16', '--output', str(page)],
+         '--repeats', '1', '--case', '160x120x16', '--output', str(page)],
         capture_output=True, text=True, check=False, cwd=ROOT)
     assert done.returncode == 0, done.stderr
     written = page.read_text(encoding='utf-8')

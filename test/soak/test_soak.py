@@ -10,7 +10,7 @@ import pytest
 from soak_script import KINDS
 
 SHORT = ('--minutes', '0', '--rows', '240', '--columns', '320', '--disparities', '16',
-         '--between', '0.3')
+         '--between', '0.1')
 # Three rounds do not level what is kept for the next message, nor what other programs take.
 PATIENT = '--work', '400', '--memory', '2', '--resident', '15'
 
