@@ -132,6 +132,15 @@ def cores_table(sizes, profiles):
         'four stripes: it is at most 4 times as fast.')
 
 
+def time_alone(matcher, pool, rows, frame):
+    """Match a cold frame with a TimedPool; return what lies between its joins: ms."""
+    matcher.algorithm.pool = pool
+    matcher.restore(None, rows)
+    begun = time.thread_time()
+    matcher.match(*frame)
+    return 1000 * (time.thread_time() - begun) - pool.within
+
+
 def reckon(matcher, frames, cost):
     """Return {column: number} of a row, the medians of cold frames; cost: ms of a join."""
     rows, found = Rows(pair=UNMEASURED, rig=rig_of(frames[0][0], None)), []
@@ -139,14 +148,10 @@ def reckon(matcher, frames, cost):
     for number in range(TURNS):
         times, row = {}, {}
         for cores in (1, *CORES):
+            frame, pool = frames[number % len(frames)], TimedPool(cores)
             # To list each task costs time of its own between joins, which no real pool needs.
-            for by_task in (False, True):
-                pool = matcher.algorithm.pool = TimedPool(cores, by_task)
-                matcher.restore(None, rows)
-                begun = time.thread_time()
-                matcher.match(*frames[number % len(frames)])
-                if not by_task:
-                    alone = 1000 * (time.thread_time() - begun) - pool.within
+            alone = time_alone(matcher, TimedPool(cores, by_task=False), rows, frame)
+            time_alone(matcher, pool, rows, frame)
             parts = _sum(pool.joins)
             times[cores] = together(pool.joins, alone, cores, cost)
             row |= {'joins': sum(len(join) > 1 for join in pool.joins),

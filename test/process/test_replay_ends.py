@@ -116,7 +116,7 @@ def test_a_looped_recording_goes_on_in_the_round_it_was_interrupted_in(
     write_bag(folder / 'bag', pairs=pairs, change=looped)
     options = ['--files', 'npy', *(['--workers', 1] if in_segments else [])]
     forms = [], ['--format', 'none']
-    for number, form in enumerate(forms[:1] if in_segments else forms):
+    for number, form in enumerate(forms):
         assert replay('bag', output=f'whole{number}', options=[*options, *form]) == 0
         interrupted(45, output=f'out{number}', options=[*options, *form])
         foreign = folder / f'out{number}' / 'disparity' / 'mine.npy'

@@ -124,6 +124,7 @@ class Averaging:
         self._both = Tiles(*(
             np.zeros((2, *sizes.get(name, ()), *shape), kinds.get(name, np.float32))
             for name in Tiles._fields))
+        self._both.choices[:], self._both.ages[:] = -1, 1
         self.tiles = [Tiles(*(values[side] for values in self._both)) for side in range(2)]
         self.noise, self.shift, self.pictures, self.share = 0.0, (0, 0), None, 0.0
 

@@ -165,7 +165,11 @@ class RealtimeMatcher:
             watch.lap('camera_motion')
 
     def _search_half_size(self, watch):
-        """Describe the pair and search it at half size; return the `HalfSizeResult`."""
+        """
+        Describe the pair and search it at half size; return the `HalfSizeResult`.
+
+        Plain regions have the planes that they vote for.
+        """
         views = self._views
         views.smooth(self.pool)
         chain = Chain(self.pool)
