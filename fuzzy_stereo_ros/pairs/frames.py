@@ -9,10 +9,10 @@ from dataclasses import dataclass
 from glob import glob
 import heapq
 from pathlib import Path
-import re
 from types import SimpleNamespace
 
 import cv2
+from fuzzy_stereo_ros.pairs.frame_names import camera_and_frame, SECOND, stamps_of, USUAL_RATE
 from fuzzy_stereo_ros.pairs.image_files import read_image
 from fuzzy_stereo_ros.pairs.messages import set_stamp
 from fuzzy_stereo_ros.pairs.stereo_pair import BadPair
@@ -24,11 +24,6 @@ SIDES = 'left', 'right'
 LAYOUTS = (('left', 'right'), ('cam0/data', 'cam1/data'), ('cam0', 'cam1'),
            ('image_0', 'image_1'), ('image_2', 'image_3'),
            ('image_00/data', 'image_01/data'), ('image_02/data', 'image_03/data'))
-SECOND = 1_000_000_000
-USUAL_RATE = 10.0           # frames per second, where neither names nor options say it
-DIGITS_OF_NOW = {19: 1, 16: 1_000, 13: 1_000_000}      # digits of a time since 1970: its unit, ns
-IN_SECONDS = re.compile(r'\d{9,10}\.\d+')
-LAST_NUMBER = re.compile(r'\d+(?=\D*$)')
 
 
 @dataclass
@@ -58,24 +53,31 @@ class Frames:
         """
         Find the frames, and read no image.
 
-        paths: the folder of a recording that has one of LAYOUTS; a video with both images side by
-        side; or for each camera a folder, a pattern such as 'left/*.png', a file, or a video.
+        paths: the folder of a recording that has one of LAYOUTS, or images whose names tell both
+        cameras; a video with both images side by side; or for each camera a folder, a pattern
+        such as 'left/*.png', a file, or a video.
         rate: frames per second, which replaces the stamps of names and videos.
-        Raises ValueError if there are none.
+        Raises ValueError if there are none, or their names do not tell which belong together.
         """
         if rate is not None and not rate > 0:
             raise ValueError(f'--rate is {rate:g}; allowed are numbers above 0')
-        self.paths = side_paths(paths)
+        self.paths, files = zip(*_sides_of(paths))
         self.name = ' and '.join(map(str, self.paths))
-        self._videos = [path for path in self.paths if _is_video(path)]
-        if self._videos:
-            self._stamps, self.stamped_by = self._of_videos(rate)
+        self._stamped = None    # [(stamp, file)] of each side, not of videos
+        if _is_video(self.paths[0]):
+            videos = [_rate_and_count(path, rate) for path in self.paths]
+            self._rates, counts = zip(*(videos * 2)[:2])
+            self.begin, self.end = 0, max(_stamp(count - 1, own) for own, count in videos)
+            self.stamped_by = 'the rate of --rate' if rate else 'the rate of the video'
         else:
-            self._files = [_images_of(path) for path in self.paths]
-            self._stamps, self.stamped_by = _stamps_of_names(self.name, self._files, rate)
-        self.counts = dict(zip(SIDES, map(len, self._stamps)))
-        self.begin = min(stamps[0] for stamps in self._stamps)
-        self.end = max(stamps[-1] for stamps in self._stamps)
+            stems = [[file.stem for file in side] for side in files]
+            if all(Path(path).is_file() for path in self.paths):
+                stems[1] = stems[0]     # two images that are named one by one belong together
+            stamps, self.stamped_by = stamps_of(self.name, stems, rate)
+            self._stamped = [sorted(zip(*side)) for side in zip(stamps, files)]
+            counts = map(len, files)
+            self.begin, self.end = (choose(map(choose, stamps)) for choose in (min, max))
+        self.counts = dict(zip(SIDES, counts))
 
     def frames(self, sides=SIDES, start=None, stop=None):
         """Yield (side, stamp in ns, Frame) in the order of stamps, start <= stamp < stop."""
@@ -99,44 +101,41 @@ class Frames:
 
     def _of_side(self, number):
         """Yield (stamp, number of the side, Frame)."""
-        readers = map(_constant, _video_frames(self.paths[number])) if self._videos else map(
-            _reader, self._files[number])
-        for stamp, read in zip(self._stamps[number], readers):
-            yield stamp, number, Frame.at(stamp, read)
+        if self._stamped is not None:
+            for stamp, file in self._stamped[number]:
+                yield stamp, number, Frame.at(stamp, _reader(file))
+            return
+        for stamp, image in self._of_video(number):
+            yield stamp, number, Frame.at(stamp, _constant(image))
 
     def _side_by_side(self):
         """Yield the same of both halves of a video."""
-        for stamp, image in zip(self._stamps[0], _video_frames(self.paths[0])):
+        for stamp, image in self._of_video(0):
             half = image.shape[1] // 2
             yield stamp, 0, Frame.at(stamp, _constant(image[:, :half]))
             yield stamp, 1, Frame.at(stamp, _constant(image[:, half:2 * half]))
 
-    def _of_videos(self, rate):
-        """Return the stamps of both sides, and where they are from."""
-        stamps = []
-        for path in self.paths:
-            video = cv2.VideoCapture(str(path))
-            count, own = (video.get(what) for what in (cv2.CAP_PROP_FRAME_COUNT,
-                                                       cv2.CAP_PROP_FPS))
-            opened = video.isOpened() and video.grab()
-            video.release()
-            if not opened:
-                raise ValueError(f'{path} is not a video that OpenCV can read')
-            stamps.append([round(number * SECOND / (rate or own or USUAL_RATE))
-                           for number in range(max(1, round(count)))])
-        return (stamps * 2)[:2], 'the rate of --rate' if rate else 'the rate of the video'
+    def _of_video(self, number):
+        """Yield (stamp, image) to the end of a video, whatever length it says it has."""
+        for place, image in enumerate(_video_frames(self.paths[number])):
+            yield _stamp(place, self._rates[number]), image
 
 
-def side_paths(paths):
-    """Return the paths of both cameras, or of one video; ValueError if they are none."""
+def _sides_of(paths):
+    """
+    Return (path or pattern, its image files) of both cameras, or of one video, in a list.
+
+    Raises ValueError if they are none.
+    """
     if len(paths) == 1 and Path(paths[0]).is_dir():
-        there = _layouts_of(paths[0])
+        there = _recordings_in(paths[0])
         if len(there) != 1:
-            several = '; '.join(' and '.join(map(str, found)) for found in there)
+            several = '; '.join(' and '.join(str(path) for path, _ in found) for found in there)
             raise ValueError(f'{paths[0]} holds several recordings, {several}; name the two '
                              'folders of one' if there else
-                             f'{paths[0]} holds the images of one camera, or no folders left and '
-                             'right; name two folders')
+                             f'{paths[0]} has no folders left and right, and no images that are '
+                             'named by their camera (left_0.png and right_0.png); name two '
+                             'folders')
         return there[0]
     if len(paths) > 2 or (len(paths) == 1 and not _is_video(paths[0])):
         raise ValueError(f'{len(paths)} images or folders are given; allowed are a recording, a '
@@ -144,25 +143,33 @@ def side_paths(paths):
                          "'right/*.png'")
     if len({_is_video(path) for path in paths}) > 1:
         raise ValueError(f"{' and '.join(map(str, paths))}: one is a video, the other is not")
-    return tuple(paths)
+    return [(path, [] if _is_video(path) else _images_of(path)) for path in paths]
 
 
 def are_frames(paths):
     """Return whether paths name images or videos: those that are no bags."""
     return all(_is_video(path) or _is_pattern(path) or Path(path).suffix.lower() in IMAGE_SUFFIXES
-               or (Path(path).is_dir() and bool(_listed(path) or _layouts_of(path)))
+               or (Path(path).is_dir() and bool(_listed(path) or _recordings_in(path)))
                for path in paths)
 
 
 def are_pairs(paths):
     """Return whether paths are frames of two cameras."""
     return are_frames(paths) and (
-        len(paths) > 1 or _is_video(paths[0]) or len(_layouts_of(paths[0])) == 1)
+        len(paths) > 1 or _is_video(paths[0]) or len(_recordings_in(paths[0])) == 1)
 
 
-def _layouts_of(folder):
-    pairs = [tuple(Path(folder) / side for side in layout) for layout in LAYOUTS]
-    return [pair for pair in pairs if all(side.is_dir() and _listed(side) for side in pair)]
+def _recordings_in(folder):
+    """Return what `_sides_of` does, for each of LAYOUTS in a folder, or by names of images."""
+    found = [[(path, _listed(path)) for path in (Path(folder) / side for side in layout)]
+             for layout in LAYOUTS]
+    found = [sides for sides in found if all(files for _, files in sides)]
+    cameras = {}
+    for file in [] if found else _listed(folder):
+        cameras.setdefault(camera_and_frame(file.stem)[0], []).append(file)
+    cameras.pop((), None)
+    return [[(Path(folder) / '*'.join(('', *camera, '')), cameras[camera])
+             for camera in sorted(cameras)]] if len(cameras) == 2 else found
 
 
 def _is_video(path):
@@ -177,7 +184,8 @@ def _listed(path):
     """Return the image files of a folder, of a pattern, or a file alone."""
     found = Path(path).iterdir() if Path(path).is_dir() else map(Path, glob(str(path))) \
         if _is_pattern(path) else [Path(path)]
-    return sorted(one for one in found if one.suffix.lower() in IMAGE_SUFFIXES and one.is_file())
+    return sorted(one for one in found if one.suffix.lower() in IMAGE_SUFFIXES
+                  and not one.name.startswith('.') and one.is_file())   # ._: of macOS
 
 
 def _images_of(path):
@@ -187,41 +195,22 @@ def _images_of(path):
     return found
 
 
-def _stamps_of_names(name, files, rate):
-    """Return the stamps of files of both sides, which are sorted by them; and their origin."""
-    if rate is None:
-        stamps = [[_time_in(path.stem) for path in side] for side in files]
-        if None not in (*stamps[0], *stamps[1]):
-            return _sorted(files, stamps), 'the times in the names'
-    numbers = [[found and int(found[0]) for found in (
-        LAST_NUMBER.search(path.stem) for path in side)] for side in files]
-    if any(None in side or len(set(side)) < len(side) for side in numbers) or not (
-            set(numbers[0]) & set(numbers[1])):
-        if len(files[0]) != len(files[1]):
-            raise ValueError(f'{name}: {len(files[0])} and {len(files[1])} images, whose names '
-                             'have no numbers that tell which belong together')
-        numbers = [range(len(side)) for side in files]
-    origin = f'frame numbers at {rate or USUAL_RATE:g} per second'
-    stamps = [[round(number * SECOND / (rate or USUAL_RATE)) for number in side]
-              for side in numbers]
-    return _sorted(files, stamps), origin if rate else f'{origin} (see --rate)'
+def _stamp(place, rate):
+    return round(place * SECOND / rate)
 
 
-def _sorted(files, stamps):
-    """Sort the files of both sides by their stamps in place, and return the stamps."""
-    for side, own in zip(files, stamps):
-        order = sorted(range(len(own)), key=own.__getitem__)
-        side[:], own[:] = [side[place] for place in order], [own[place] for place in order]
-    return stamps
-
-
-def _time_in(stem):
-    """Return the time since 1970 in the name of a file, ns, None if it is none."""
-    if IN_SECONDS.fullmatch(stem):
-        whole, part = stem.split('.')
-        return int(whole) * SECOND + int(part[:9].ljust(9, '0'))
-    unit = DIGITS_OF_NOW.get(len(stem)) if stem.isdecimal() and stem[0] != '0' else None
-    return unit and int(stem) * unit
+def _rate_and_count(path, rate):
+    """Return the frames per second of a video, which a rate replaces, and how many it has."""
+    video = cv2.VideoCapture(str(path))
+    try:
+        count, own = (video.get(what) for what in (cv2.CAP_PROP_FRAME_COUNT, cv2.CAP_PROP_FPS))
+        if not (video.isOpened() and video.grab()):
+            raise ValueError(f'{path} is not a video that OpenCV can read')
+        if count < 1:       # live recorders do not know it
+            count = 1 + sum(1 for _ in iter(video.grab, False))
+        return rate or own or USUAL_RATE, round(count)
+    finally:
+        video.release()
 
 
 def _reader(path):

@@ -16,7 +16,8 @@ from typing import NamedTuple
 from fuzzy_stereo_ros.bags.reading import (
     BagMessage, BagReader, BagTopic, DamagedBag, read_stamped, slashed, text_of)
 from fuzzy_stereo_ros.bags.topics import find_stereo_topics, RAW
-from fuzzy_stereo_ros.pairs.frames import are_frames, Frames, SECOND, SIDES
+from fuzzy_stereo_ros.pairs.frame_names import SECOND, USUAL_RATE
+from fuzzy_stereo_ros.pairs.frames import are_frames, Frames, SIDES
 from fuzzy_stereo_ros.pairs.messages import read_image
 from fuzzy_stereo_ros.pairs.stereo_pair import BadPair, StereoPair
 from fuzzy_stereo_ros.pairs.synchroniser import Synchroniser
@@ -24,7 +25,6 @@ from fuzzy_stereo_ros.parameters.options import CameraOptions
 from fuzzy_stereo_ros.parameters.table import sync_tolerance
 
 RATED_IMAGES = 31       # images whose stamps give the rate
-USUAL_RATE = 10.0       # pairs per second, if the stamps give none
 TOPICS = {f'/{side}/image_rect': side for side in SIDES}       # of folders and videos
 CALIBRATIONS = ('calib.txt',), ('left.yaml', 'right.yaml')      # in the folder of a recording
 
