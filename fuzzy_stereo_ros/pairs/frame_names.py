@@ -28,6 +28,11 @@ MOST_FRAMES = 10**8         # a larger number in a name is not that of a frame
 MANY = 8                    # names that show that a number in all of them is that of the camera
 
 
+def stamp_at(number, rate):
+    """Return the stamp, ns, of a numbered frame at a rate, frames per second."""
+    return round(number * SECOND / rate)
+
+
 def camera_and_frame(stem):
     """Return the words for the camera in the name of a file, a tuple, and the rest."""
     camera = []
@@ -116,4 +121,4 @@ def _stamps_in_order(frames, rate):
                 if len({*column}) > 1]
     if len(changing) != 1 or len({*changing[0]}) < len(order) or max(changing[0]) >= MOST_FRAMES:
         changing = [range(len(order))]
-    return {frame: round(number * SECOND / rate) for frame, number in zip(order, changing[0])}
+    return {frame: stamp_at(number, rate) for frame, number in zip(order, changing[0])}

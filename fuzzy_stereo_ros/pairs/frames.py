@@ -6,13 +6,15 @@ Read the frames of a stereo recording that is no bag: folders of images, pattern
 A frame has a stamp: from the name of its file, from its number and a rate, or from the video.
 """
 from dataclasses import dataclass
+from functools import partial
 from glob import glob
 import heapq
 from pathlib import Path
 from types import SimpleNamespace
 
 import cv2
-from fuzzy_stereo_ros.pairs.frame_names import camera_and_frame, SECOND, stamps_of, USUAL_RATE
+from fuzzy_stereo_ros.pairs.frame_names import (
+    camera_and_frame, stamp_at, stamps_of, USUAL_RATE)
 from fuzzy_stereo_ros.pairs.image_files import read_image
 from fuzzy_stereo_ros.pairs.messages import set_stamp
 from fuzzy_stereo_ros.pairs.stereo_pair import BadPair
@@ -63,11 +65,11 @@ class Frames:
             raise ValueError(f'--rate is {rate:g}; allowed are numbers above 0')
         self.paths, files = zip(*_sides_of(paths))
         self.name = ' and '.join(map(str, self.paths))
-        self._stamped = None    # [(stamp, file)] of each side, not of videos
+        self._stamped = None    # [(stamp, file)] of each side; None of videos
         if _is_video(self.paths[0]):
             videos = [_rate_and_count(path, rate) for path in self.paths]
             self._rates, counts = zip(*(videos * 2)[:2])
-            self.begin, self.end = 0, max(_stamp(count - 1, own) for own, count in videos)
+            self.begin, self.end = 0, max(stamp_at(count - 1, own) for own, count in videos)
             self.stamped_by = 'the rate of --rate' if rate else 'the rate of the video'
         else:
             stems = [[file.stem for file in side] for side in files]
@@ -101,24 +103,23 @@ class Frames:
 
     def _of_side(self, number):
         """Yield (stamp, number of the side, Frame)."""
-        if self._stamped is not None:
-            for stamp, file in self._stamped[number]:
-                yield stamp, number, Frame.at(stamp, _reader(file))
-            return
-        for stamp, image in self._of_video(number):
-            yield stamp, number, Frame.at(stamp, _constant(image))
+        for stamp, source in self._stamped[number] if self._stamped else self._of_video(number):
+            yield stamp, number, Frame.at(stamp, partial(_read, source))
 
     def _side_by_side(self):
         """Yield the same of both halves of a video."""
         for stamp, image in self._of_video(0):
             half = image.shape[1] // 2
-            yield stamp, 0, Frame.at(stamp, _constant(image[:, :half]))
-            yield stamp, 1, Frame.at(stamp, _constant(image[:, half:2 * half]))
+            for number in (0, 1):
+                yield stamp, number, Frame.at(
+                    stamp, partial(_read, image[:, number * half:(number + 1) * half]))
 
     def _of_video(self, number):
-        """Yield (stamp, image) to the end of a video, whatever length it says it has."""
-        for place, image in enumerate(_video_frames(self.paths[number])):
-            yield _stamp(place, self._rates[number]), image
+        """Yield (stamp, uint8 (R, C, 3) BGR) to the end of a video, whatever length it says."""
+        video, place = cv2.VideoCapture(str(self.paths[number])), 0
+        while (found := video.read())[0]:
+            yield stamp_at(place, self._rates[number]), found[1]
+            place += 1
 
 
 def _sides_of(paths):
@@ -195,45 +196,20 @@ def _images_of(path):
     return found
 
 
-def _stamp(place, rate):
-    return round(place * SECOND / rate)
-
-
 def _rate_and_count(path, rate):
     """Return the frames per second of a video, which a rate replaces, and how many it has."""
     video = cv2.VideoCapture(str(path))
+    count, own = (video.get(what) for what in (cv2.CAP_PROP_FRAME_COUNT, cv2.CAP_PROP_FPS))
+    if not (video.isOpened() and video.grab()):
+        raise ValueError(f'{path} is not a video that OpenCV can read')
+    if not count >= 1:      # live recorders do not know it
+        count = 1 + sum(1 for _ in iter(video.grab, False))
+    return rate or own or USUAL_RATE, round(count)
+
+
+def _read(source):
+    """Return an image, or that of a file (Path)."""
     try:
-        count, own = (video.get(what) for what in (cv2.CAP_PROP_FRAME_COUNT, cv2.CAP_PROP_FPS))
-        if not (video.isOpened() and video.grab()):
-            raise ValueError(f'{path} is not a video that OpenCV can read')
-        if count < 1:       # live recorders do not know it
-            count = 1 + sum(1 for _ in iter(video.grab, False))
-        return rate or own or USUAL_RATE, round(count)
-    finally:
-        video.release()
-
-
-def _reader(path):
-    def read():
-        try:
-            return read_image(path)
-        except ValueError as error:
-            raise BadPair('damaged image', str(error)) from None
-    return read
-
-
-def _constant(image):
-    return lambda: image
-
-
-def _video_frames(path):
-    """Yield the frames of a video: uint8 (R, C, 3) BGR."""
-    video = cv2.VideoCapture(str(path))
-    try:
-        while True:
-            there, image = video.read()
-            if not there:
-                return
-            yield image
-    finally:
-        video.release()
+        return read_image(source) if isinstance(source, Path) else source
+    except ValueError as error:
+        raise BadPair('damaged image', str(error)) from None
