@@ -10,6 +10,7 @@ from collections.abc import Callable
 from contextlib import closing, suppress
 import io
 from pathlib import Path
+import re
 import sqlite3
 import tempfile
 from typing import NamedTuple
@@ -20,6 +21,7 @@ from fuzzy_stereo_ros.bags.cut_ros1 import indexed_ros1
 DISK_BLOCK = 4096   # bytes, of a file system
 CHECKED = 64        # of the last large messages in a database
 TORN = 16           # zeros at the end of the last large message that show that it is not whole
+COMPUTED = re.compile(r'\bVIRTUAL\b|\bAS\b', re.IGNORECASE)   # of tables or columns, in SQL
 
 
 class Recovered(NamedTuple):
@@ -56,6 +58,22 @@ def is_torn_database(path):
     with open(path, 'rb') as file:
         page = int.from_bytes(file.read(18)[16:], 'big')
     return bool(page) and path.stat().st_size % (page if page > 1 else 1 << 16) > 0
+
+
+def check_tables(path):
+    """Raise ValueError if a file (Path) is a .db3 with rows that are not stored, as of views."""
+    with suppress(sqlite3.Error), closing(_database(path)) as database:
+        database.execute('PRAGMA writable_schema = ON')
+        for kind, name, text in database.execute('SELECT type, name, sql FROM sqlite_master'):
+            if kind not in ('table', 'index') or COMPUTED.search(text or ''):
+                raise ValueError(f'{path} cannot be read as a bag: its {kind} {ascii(name)} is '
+                                 'computed, and may have no end')
+
+
+def _database(path, **options):
+    """Return a connection to a .db3 that is only read; options: of sqlite3."""
+    mode = 'mode=ro' if log_of(path) else 'mode=ro&immutable=1'
+    return sqlite3.connect(f'{path.resolve().as_uri()}?{mode}', uri=True, **options)
 
 
 def log_of(path):
@@ -153,9 +171,7 @@ def _indexed_database(path):
     A second database has the same rows, but of each message only the number of its row instead of
     its content. Where there is a log SQLite writes its index (-shm) beside it.
     """
-    options = 'mode=ro' if log_of(path) else 'mode=ro&immutable=1'
-    cut = sqlite3.connect(f'{path.resolve().as_uri()}?{options}', uri=True,
-                          check_same_thread=False)
+    cut = _database(path, check_same_thread=False)
     folder = tempfile.TemporaryDirectory()
 
     def close():
@@ -169,7 +185,8 @@ def _indexed_database(path):
         cut.execute('PRAGMA writable_schema = ON')      # reads a file shorter than it says
         name = Path(folder.name) / f'index{path.suffix}'
         with closing(sqlite3.connect(name)) as index:
-            _copy_rows(cut, index, content)
+            _copy_rows(cut, index, content, sum(
+                file.stat().st_size for file in (path, log_of(path)) if file))
             index.commit()
     except BaseException:
         close()
@@ -177,8 +194,8 @@ def _indexed_database(path):
     return Recovered(name, content, close)
 
 
-def _copy_rows(cut, index, content):
-    """Copy what `_indexed_database` needs to another database; content: of Recovered."""
+def _copy_rows(cut, index, content, size):
+    """Copy what `_indexed_database` needs to another; content: of Recovered. size: bytes."""
     index.executescript("""
         CREATE TABLE schema (schema_version INTEGER, ros_distro TEXT);
         INSERT INTO schema VALUES (4, '');
@@ -193,7 +210,8 @@ def _copy_rows(cut, index, content):
         index.executemany('INSERT INTO message_definitions VALUES (?, ?, ?, ?, ?)', cut.execute(
             'SELECT id, topic_type, encoding, encoded_message_definition, type_description_hash '
             'FROM message_definitions'))
-    index.executemany('INSERT INTO messages VALUES (?, ?, ?, CAST(? AS BLOB), ?)', _rows(cut))
+    index.executemany('INSERT INTO messages VALUES (?, ?, ?, CAST(? AS BLOB), ?)',
+                      _rows(cut, size))
     page, = cut.execute('PRAGMA page_size').fetchone()
     while (lost := _first_lost(rows := index.execute(
             'SELECT id FROM messages WHERE size > ? ORDER BY id DESC LIMIT ?',
@@ -207,13 +225,10 @@ def _copy_rows(cut, index, content):
 def _topics(cut):
     """Return the rows of the topics, with what older ones lack."""
     columns = {row[1] for row in cut.execute('PRAGMA table_info(topics)')}
-    if 'type_description_hash' in columns:
-        return cut.execute('SELECT id, name, type, serialization_format, offered_qos_profiles, '
-                           'type_description_hash FROM topics')
-    if 'offered_qos_profiles' in columns:
-        return cut.execute('SELECT id, name, type, serialization_format, offered_qos_profiles, '
-                           "'' FROM topics")
-    return cut.execute("SELECT id, name, type, serialization_format, '[]', '' FROM topics")
+    later = (name if name in columns else empty for name, empty in (
+        ('offered_qos_profiles', "'[]'"), ('type_description_hash', "''")))
+    return cut.execute('SELECT id, name, type, serialization_format, '
+                       f"{', '.join(later)} FROM topics")
 
 
 def _first_lost(rows, content):
@@ -226,10 +241,17 @@ def _first_lost(rows, content):
     return None
 
 
-def _rows(cut):
-    """Yield the rows of the messages up to where they can be read, in the order of writing."""
+def _rows(cut, left):
+    """
+    Yield the rows of the messages up to where they can be read, in the order of writing.
+
+    left: size of the file, bytes; messages that claim more are not read.
+    """
     with suppress(sqlite3.Error):
         for row, topic, log_time, size in cut.execute(
                 'SELECT rowid, topic_id, timestamp, length(data) FROM messages NOT INDEXED '
                 'ORDER BY rowid'):
+            left -= size or 0
+            if left < 0:
+                return
             yield row, topic, log_time, str(row), size

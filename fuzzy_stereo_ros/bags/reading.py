@@ -8,7 +8,8 @@ import heapq
 from pathlib import Path
 from typing import NamedTuple
 
-from fuzzy_stereo_ros.bags.cut_off import is_torn_database, log_of, Recovered, recovered
+from fuzzy_stereo_ros.bags.cut_off import (
+    check_tables, is_torn_database, log_of, Recovered, recovered)
 from fuzzy_stereo_ros.bags.cut_ros1 import has_torn_index
 from fuzzy_stereo_ros.pairs.messages import stamp_of
 from fuzzy_stereo_ros.pairs.stereo_pair import BadPair
@@ -18,6 +19,7 @@ STORAGES = '.mcap', '.db3'      # of the files in a folder
 NO_ROSBAGS = ('rosbags, which reads and writes bags, is not installed: '
               "pip install 'fuzzy_stereo_ros[bags]'")
 FIRST_SPAN = 1_000_000_000      # ns, searched first by `newest`, as most topics have 1 Hz or more
+PACKED = '.zst', '.zstd'        # of storages that were compressed as files
 BAGS = 'a .bag, .mcap or .db3 file, or a folder with metadata.yaml'
 LATEST = 1 << 63                # ns; storages hold earlier times only
 
@@ -196,13 +198,15 @@ def _opened(path, losses):
     if not path.exists():
         raise ValueError(f'{path} does not exist; give a bag: {BAGS}')
     if path.is_file():
-        if not path.name.endswith(BAG_SUFFIXES):
+        if not path.name.endswith((*BAG_SUFFIXES, *PACKED)):
             raise ValueError(f"{path} has the suffix '{path.suffix}'; bags have "
                              f"{', '.join(BAG_SUFFIXES)}, or are folders with metadata.yaml")
         return [_opened_file(path)]
     described = (path / 'metadata.yaml').exists()
     if described and not any(map(log_of, path.glob('*.db3'))):     # rosbags reads no log
         try:
+            for database in path.glob('*.db3'):
+                check_tables(database)
             return [_OpenFile(path, _reader(path))]
         except ValueError as error:
             fault = error
@@ -210,7 +214,8 @@ def _opened(path, losses):
         fault = ValueError(f'{path} is a folder without metadata.yaml and without '
                            f"{' or '.join(STORAGES)} files, so it is no bag")
     files, faults = [], []
-    for name in sorted(one for one in path.iterdir() if one.suffix in STORAGES):
+    for name in sorted(one for one in path.iterdir()
+                       if one.suffix in (*STORAGES, *PACKED) and not one.name.startswith('.')):
         try:
             files.append(_opened_file(name))
         except ValueError as error:
@@ -226,6 +231,10 @@ def _opened(path, losses):
 
 def _opened_file(path):
     """Return the _OpenFile of a .bag, .mcap or .db3; ValueError if nothing of it can be read."""
+    if path.suffix in PACKED:
+        raise ValueError(f'{path} is compressed; unpack it: zstd -d {path}')
+    if path.suffix == '.db3':
+        check_tables(path)
     log = log_of(path)
     try:
         if log is not None:

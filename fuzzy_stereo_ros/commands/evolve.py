@@ -105,14 +105,7 @@ def _run_frames(arguments, config, outputs, stream, progress_stream):
         raise ValueError('fast hands on no genes: nothing evolves from frame to frame; give '
                          'another profile, or two images')
     source = Frames([arguments.left, arguments.right])
-    if len(set(source.counts.values())) > 1:
-        raise ValueError(f"{arguments.left} holds {source.counts['left']} images, "
-                         f"{arguments.right} {source.counts['right']}; give two folders of as "
-                         'many images')
     pairs = [(left, right) for _, left, right in source.pairs()]
-    if not pairs:
-        raise ValueError(f'no image of {arguments.left} has the stamp of one of '
-                         f'{arguments.right}; give their files equal names')
     truth, mask = _truth_and_mask(arguments, pairs[0][0].read().shape[:2])
     film = VideoFile(outputs['video'], RATE) if 'video' in outputs else None
     frames = []

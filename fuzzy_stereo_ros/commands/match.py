@@ -105,11 +105,13 @@ def run(arguments, stream):
                              f'fuzzy-stereo replay {arguments.left} {arguments.right} --output '
                              'matched')
         arguments.profile = arguments.profile or USUAL_PROFILE
-        if all(getattr(arguments, name) is None for name in FILES):
-            vars(arguments).update(USUAL_FILES)
         automatic = is_automatic(arguments)
         config = matcher_config(arguments)
         inputs += arguments.left, arguments.right, *(arguments.calibration or ())
+        images, infos = read_pair(arguments.left, arguments.right), (None, None)
+        if arguments.rectify or cameras.given:
+            infos, _ = cameras.cameras(images[0].shape[:2], '--rectify', arguments.rectify)
+        pair = PairReader(arguments.rectify).read_images(images, infos)
     elif arguments.rectify or cameras.given:
         raise ValueError('--saved has rectified images and their calibration; leave out --rectify '
                          'and the options of cameras')
@@ -121,18 +123,19 @@ def run(arguments, stream):
         config = matcher_config(arguments, saved.repeatable)
         inputs += Path(arguments.saved).iterdir()
         pair, known = saved.pair, {'stamp': saved.pair.stamp}
-    outputs = checked_outputs(arguments, FILES, inputs)
-    if saved is None:
-        images, infos = read_pair(arguments.left, arguments.right), (None, None)
-        if arguments.rectify or cameras.given:
-            infos, _ = cameras.cameras(images[0].shape[:2], '--rectify', arguments.rectify)
-        pair = PairReader(arguments.rectify).read_images(images, infos)
-        if automatic:
-            first, count = search_range(seen_disparities([(pair.left, pair.right)]))
-            config = replace(config, min_disparity=first, disparities=count)
     left, right = pair.left, pair.right
-    _check_metric([name for name in METRIC if name in outputs], pair.calibration, config)
     truth, mask = truth_and_mask(arguments, left.shape[:2])
+    if saved is None and all(getattr(arguments, name) is None for name in FILES):
+        vars(arguments).update(USUAL_FILES)
+        there = [str(Path(name).resolve()) for name in USUAL_FILES.values() if Path(name).exists()]
+        if there and not arguments.overwrite:
+            raise ValueError(f"without --output the result is written to {' and '.join(there)}, "
+                             'which there is already; give --overwrite to replace it, or --output')
+    outputs = checked_outputs(arguments, FILES, inputs)
+    _check_metric([name for name in METRIC if name in outputs], pair.calibration, config)
+    if automatic:
+        first, count = search_range(seen_disparities([(left, right)]))
+        config = replace(config, min_disparity=first, disparities=count)
     matcher = warm_matcher(config, sys.stderr, left.shape[:2])
     if saved is not None:
         matcher.restore(saved.state, saved.rows)

@@ -35,6 +35,7 @@ import numpy as np
 KITTI_SCALE = 256
 POINT_SUFFIX = '.ply'
 MILLIMETRES = 1000      # in a metre
+MOST_UNPACKED = 2**28   # bytes of an array that is compressed: 8192 x 8192 of float32
 COLOURS = 'blue', 'green', 'red'    # channels of images
 _PLY_TYPES = {'f4': 'float', 'u1': 'uchar'}
 
@@ -85,6 +86,9 @@ def decode_numpy(path, content):
         if not isinstance(stored, np.ndarray):
             if len(stored.files) != 1:
                 raise ValueError(f'it holds {len(stored.files)} arrays, one is allowed')
+            if (size := stored.zip.infolist()[0].file_size) > max(len(content), MOST_UNPACKED):
+                raise ValueError(f'its array is compressed and takes {size} bytes, of which at '
+                                 f'most {MOST_UNPACKED} are unpacked; save it by np.savez')
             stored = stored[stored.files[0]]
     except Exception as error:  # numpy raises many kinds for foreign bytes  # noqa: B902
         raise ValueError(f'{path} is not a NumPy file with one array: {error}') from None

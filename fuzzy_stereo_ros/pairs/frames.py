@@ -92,14 +92,18 @@ class Frames:
                 yield SIDES[number], stamp, frame
 
     def pairs(self):
-        """Yield (stamp, left Frame, right Frame) of equal stamps."""
-        waiting = {}
+        """Yield (stamp, left Frame, right Frame) of equal stamps; ValueError if there are none."""
+        waiting, found = {}, False
         for side, stamp, frame in self.frames():
             other = waiting.pop(stamp, None)
             if other is None:
                 waiting = {stamp: frame}
             else:
+                found = True
                 yield (stamp, *((other, frame) if side == 'right' else (frame, other)))
+        if not found:
+            raise ValueError(f'{self.name}: no images have equal stamps; give their files equal '
+                             'names')
 
     def _of_side(self, number):
         """Yield (stamp, number of the side, Frame)."""
@@ -144,7 +148,11 @@ def _sides_of(paths):
                          "'right/*.png'")
     if len({_is_video(path) for path in paths}) > 1:
         raise ValueError(f"{' and '.join(map(str, paths))}: one is a video, the other is not")
-    return [(path, [] if _is_video(path) else _images_of(path)) for path in paths]
+    sides = [(path, _listed(path)) for path in paths]
+    for path, files in sides:
+        if not files and not _is_video(path):
+            raise ValueError(f"{path} has no images ({', '.join(IMAGE_SUFFIXES)})")
+    return sides
 
 
 def are_frames(paths):
@@ -187,13 +195,6 @@ def _listed(path):
         if _is_pattern(path) else [Path(path)]
     return sorted(one for one in found if one.suffix.lower() in IMAGE_SUFFIXES
                   and not one.name.startswith('.') and one.is_file())   # ._: of macOS
-
-
-def _images_of(path):
-    found = _listed(path)
-    if not found:
-        raise ValueError(f"{path} has no images ({', '.join(IMAGE_SUFFIXES)})")
-    return found
 
 
 def _rate_and_count(path, rate):

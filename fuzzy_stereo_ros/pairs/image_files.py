@@ -5,6 +5,7 @@ Read image files, write files completely or not at all, and convert images to 8 
 
 Errors are one sentence that names the file.
 """
+from contextlib import suppress
 import json
 import os
 from pathlib import Path
@@ -23,11 +24,15 @@ PNG_HEADER = re.compile(re.escape(PNG_START) + rb'....IHDR(.{8})', re.DOTALL)
 JPEG_FRAMES = frozenset(range(0xC0, 0xD0)) - {0xC4, 0xC8, 0xCC}
 JPEG_LAST = 0xD9, 0xDA          # end of image, start of scan: no segment follows with a length
 JPEG_MARKER = re.compile(rb'\xff[^\x00\x01\xd0-\xd7\xff](?=..)', re.DOTALL)    # with a length
+# A TIFF up to its orientation, with either byte order, as such or as BigTIFF.
+TIFF_TO_ORIENTATION = re.compile(
+    rb'\A(II[*+]\0.*?\x12\x01\x03\0\x01\0{3}(?:\0{4})?|'
+    rb'MM\0[*+].*?\x01\x12\0\x03(?:\0{4})?\0{3}\x01\0)[\x02-\x08]', re.DOTALL)
 
 
 def read_image(path):
     """
-    Return the image of a file as it is stored, without its alpha channel.
+    Return the image of a file as it is stored, without alpha channel, whatever its orientation.
 
     The image is uint8 or uint16, (R, C) grey or (R, C, 3) BGR.
     Raises ValueError if the file is missing, not an image, or of another depth.
@@ -35,6 +40,8 @@ def read_image(path):
     content = read_bytes(path)
     if is_cut_off(content):
         raise ValueError(f'{path} is cut off: its JPEG has no end marker')
+    # OpenCV turns TIFF alone.
+    content = TIFF_TO_ORIENTATION.sub(rb'\g<1>' + b'\x01', content)
     try:
         image = cv2.imdecode(np.frombuffer(content, np.uint8), cv2.IMREAD_UNCHANGED)
     except cv2.error:  # an empty file
@@ -98,10 +105,12 @@ def read_json(path):
 
 
 def check_place(path):
-    """Raise ValueError if a path is a folder, or lies in a folder that does not exist."""
+    """Raise ValueError if a path is a folder, or lies where there is none that can be written."""
     path = Path(path)
     if not path.parent.is_dir():
         raise ValueError(f'{path} cannot be written: there is no folder {path.parent}')
+    if not os.access(path.parent, os.W_OK):
+        raise ValueError(f'{path} cannot be written: {path.parent.resolve()} is read-only')
     if path.is_dir():
         raise ValueError(f'{path} is a folder; name a file')
 
@@ -115,8 +124,8 @@ def write_whole(path, content):
     """
     path = Path(path)
     part = path.with_name(f'.{path.name}.{os.getpid()}.part')
-    part.unlink(missing_ok=True)
     try:
+        part.unlink(missing_ok=True)
         with open(part, 'xb') as file:      # x: never follow a link that someone else put there
             file.write(content)
         part.replace(path)
@@ -125,7 +134,8 @@ def write_whole(path, content):
             error.filename, error.filename2 = str(path), None
         raise
     finally:
-        part.unlink(missing_ok=True)
+        with suppress(OSError):
+            part.unlink(missing_ok=True)
 
 
 def remove(path):

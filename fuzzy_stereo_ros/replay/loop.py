@@ -122,7 +122,7 @@ def replay(results, outputs, stats, stopped, log, on_pair):
                 if stats.error is not None:
                     break
                 if matched is not None and not item.written:
-                    writing.append(writer.submit(outputs.write, matched, item.log_time))
+                    writing.append(writer.submit(outputs.write, matched, item))
                 if item.stamp is not None:
                     on_pair()
             if stats.error is None and not stopped():

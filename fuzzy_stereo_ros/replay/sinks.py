@@ -3,9 +3,9 @@
 """
 The sinks of a replay: a bag, files, a video; and the folder they write to.
 
-A sink has add(matched, log_time), called with each MatchedPair in the order of the bag, and
-close(), called in any case. All calls come from the thread that made the sink. An OSError, as of a
-full disk, or a ValueError of a sink ends the replay.
+A sink has add(matched, item), called with each MatchedPair and its Item in the order of the bag,
+and close(), called in any case. All calls come from the thread that made the sink. An OSError, as
+of a full disk, or a ValueError of a sink ends the replay.
 """
 from collections import Counter, deque
 from contextlib import ExitStack, suppress
@@ -61,26 +61,24 @@ class Outputs:
             **asdict(replace(options.config, threads=0))}))     # threads change no result
         if self.path is not None:
             self._check()
+        if options.writes_bag:
+            Messages()      # before a folder is made that has no use without them
         self._last = deque(maxlen=WARM_PAIRS + (SEGMENT_PAIRS if options.in_segments else 0))
         self._video = opened_video(options, source)
 
-    def write(self, matched, log_time):
-        """
-        Pass a MatchedPair to all sinks; return None, or its Rejection after an internal error.
-
-        log_time: ns, when the last message of the pair was recorded.
-        """
+    def write(self, matched, item):
+        """Pass a MatchedPair to all sinks; return None, or its Rejection by an internal error."""
         self._open()
         try:
             for sink in self.sinks:
-                sink.add(matched, log_time)
+                sink.add(matched, item)
         except (ValueError, OSError):
             raise
         except Exception as error:      # noqa: B902  an internal error ends no replay
             return rejection_of(error)
-        self.written, self.log_time = self.written + 1, log_time
+        self.written, self.log_time = self.written + 1, item.log_time
         if self._options.files and not self._options.writes_bag:
-            self._last.append((log_time, matched.pair.stamp))
+            self._last.append(item.position)
             write_whole(self.path / PROGRESS, json.dumps([*self._last]).encode())
         return None
 
@@ -222,15 +220,16 @@ class BagSink:
         self._copied = Counter({topic: self.bag.counts[topic] for topic in copies.topics}
                                if copies else {})       # by the replay that is continued
 
-    def add(self, matched, log_time):
+    def add(self, matched, item):
         """Write the results of a pair after the copies of earlier messages."""
         results = [(topic, kind, self._results.of(topic, matched))
                    for topic, kind in self._topics.items()]
         contents = [(topic, kind, self._messages.content(message))
                     for topic, kind, message in results if message is not None]
-        self.copy(log_time)
+        self.copy(item.log_time)
         for topic, kind, content in contents:
-            self.bag.write(f'/{topic}', kind, self._messages.typestore, content, log_time)
+            self.bag.write(f'/{topic}', kind, self._messages.typestore, content,
+                           item.log_time)
         self.bag.commit()
 
     def copy(self, log_time=None):
@@ -249,7 +248,7 @@ class BagSink:
 
 
 class FileSink:
-    """Writes a disparity file for each pair, named by its stamp in ns, and calibration.json."""
+    """Writes a disparity file for each pair, STAMP in ns or STAMP_1, and calibration.json."""
 
     def __init__(self, folder, suffix):
         """
@@ -261,7 +260,7 @@ class FileSink:
         self._place = folder / DISPARITY
         self._place.mkdir(exist_ok=True)
 
-    def add(self, matched, log_time=None):
+    def add(self, matched, item):
         """Write the disparities of a pair: float (R, C), px, not corrected by the offset."""
         if matched.pair.calibration != self._calibration:
             self._calibration = matched.pair.calibration
@@ -269,7 +268,8 @@ class FileSink:
                 {'formula': 'Z = focal * baseline / (disparity - offset)',
                  **asdict(self._calibration),
                  'left': self._calibration.left._asdict()}, indent=2) + '\n').encode())
-        path = self._place / f'{matched.pair.stamp:0{STAMP_DIGITS}d}.{self._suffix}'
+        again = f'_{item.repeated}' if item.repeated else ''
+        path = self._place / f'{item.stamp:0{STAMP_DIGITS}d}{again}.{self._suffix}'
         write_disparity(path, matched.match.disparity)
 
     def close(self):

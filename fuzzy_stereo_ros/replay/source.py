@@ -5,6 +5,7 @@ Read the pairs of bags in order: find the topics, synchronise, select, calibrate
 
 Folders of images and videos are read as bags are: as messages in the order of their stamps.
 """
+from collections import Counter
 from contextlib import suppress
 from dataclasses import replace
 from itertools import islice, pairwise
@@ -43,8 +44,8 @@ class Item(NamedTuple):
     log_time: ns, when the last of its messages was recorded. stamp: ns, of the pair; None for a
     damaged message. number: of the selected pairs, from 0; None likewise. pair: the StereoPair,
     or the Rejection of a pair or message that cannot be read. went_back: the stamp is smaller
-    than the one of an earlier pair. written: the replay that is resumed wrote the pair already;
-    it only warms up.
+    than the one of an earlier pair. repeated: how many earlier pairs have this stamp. written: the
+    replay that is resumed wrote the pair already; it only warms up.
     """
 
     log_time: int
@@ -52,6 +53,7 @@ class Item(NamedTuple):
     number: int | None = None
     pair: StereoPair | Rejection | None = None
     went_back: bool = False
+    repeated: int = 0
     written: bool = False
 
     @property
@@ -91,7 +93,7 @@ class ReplaySource:
             self._held = self.topics.left_info, self.topics.right_info
         self.synchroniser = Synchroniser(queued, settings['queue_size'],
                                          sync_tolerance(settings), self._held)
-        self._selected, self._went_back = 0, False
+        self._selected, self._went_back, self._stamps = 0, False, Counter()
         self.caught_up = True
 
     def expected_pairs(self):
@@ -145,7 +147,9 @@ class ReplaySource:
             self._went_back |= one.went_back
             if rest:
                 continue
-            item = Item(log_time, one.stamp, number, written=not self.caught_up)
+            item = Item(log_time, one.stamp, number, repeated=self._stamps[one.stamp],
+                        written=not self.caught_up)
+            self._stamps[one.stamp] += 1
             if item.written:
                 self._skipping = self._skipping and item.position != self._done[0]
                 self.caught_up = not self._skipping and item.position == self._done[-1]

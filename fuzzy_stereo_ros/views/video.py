@@ -161,7 +161,7 @@ class VideoSink(VideoFile):
         super().__init__(path, rate)
         self._range = low, high
 
-    def add(self, matched, log_time=None):
+    def add(self, matched, item=None):
         """Append the frame of a MatchedPair; raises ValueError as `write` does."""
         self.write(side_by_side(matched, *self._range))
 

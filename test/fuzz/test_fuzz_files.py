@@ -94,6 +94,22 @@ def test_a_size_that_is_only_said_is_rejected(tmp_path, name, content, read):
     assert rejected(read, written(tmp_path, name, content)) is None
 
 
+@pytest.mark.parametrize('arrays, words', [
+    ({'one': 2**28}, 'is compressed and takes'), ({'one': 9, 'two': 2**28}, 'it holds 2 arrays')])
+@pytest.mark.parametrize('read', [read_disparity, read_depth])
+def test_an_array_that_unpacks_to_much_more_than_its_file_is_rejected_unread(
+        tmp_path, arrays, words, read):
+    content = archive(**{name: np.zeros((1, size), np.uint8) for name, size in arrays.items()})
+    assert len(content) < 2**19
+    path = written(tmp_path, 'map.npz', content)
+    tracemalloc.start()
+    with pytest.raises(ValueError, match=f'{path} is not .*{words}'):
+        read(path)
+    most = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert most < 2**24
+
+
 @pytest.fixture(scope='module')
 def calibrations(tmp_path_factory):
     """Return {suffix: bytes} of calibrations as we write them."""

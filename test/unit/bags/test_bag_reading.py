@@ -124,6 +124,28 @@ def test_what_is_no_bag_is_rejected_with_a_sentence(folder, tmp_path):
             folder / 'mcap', tmp_path / name)
 
 
+@pytest.mark.parametrize('name', ['bag.mcap.zstd', 'bag_0.db3.zstd', 'bag.mcap.zst'])
+def test_a_file_that_was_compressed_alone_is_rejected_with_what_unpacks_it(tmp_path, name):
+    (tmp_path / name).write_bytes(b'\x28\xb5\x2f\xfd')
+    for path in (tmp_path / name, tmp_path):
+        assert rejection_of(path) == (
+            f'{tmp_path / name} is compressed; unpack it: zstd -d {tmp_path / name}')
+
+
+def test_companions_of_macos_in_a_folder_are_no_bags(folder, tmp_path):
+    for form in ('mcap', 'sqlite3'):
+        file = next((folder / form).glob(f'{form}.*'))
+        (tmp_path / form).mkdir()
+        (tmp_path / form / file.name).write_bytes(file.read_bytes())
+        (tmp_path / form / f'._{file.name}').write_bytes(b'\0\5\x16\7')
+        for described in (False, True):
+            if described:
+                (tmp_path / form / 'metadata.yaml').write_bytes(
+                    (folder / form / 'metadata.yaml').read_bytes())
+            with BagReader([tmp_path / form]) as bag:
+                assert len(list(bag.messages(TOPICS))) == 24 and not bag.losses
+
+
 def test_without_rosbags_the_remedy_is_said(folder, monkeypatch):
     monkeypatch.setitem(sys.modules, 'rosbags.highlevel', None)
     assert rejection_of(folder / 'mcap') == (

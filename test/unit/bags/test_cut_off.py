@@ -9,6 +9,7 @@ import tempfile
 from fuzzy_stereo_ros.bags import cut_mcap
 from fuzzy_stereo_ros.bags.reading import BagReader, DamagedBag, read_stamped
 from made_bags import BagOf, FORMATS, scene, TOPICS, torn, write_bag
+import numpy as np
 import pytest
 from rosbags.rosbag1 import Writer as Writer1
 from rosbags.rosbag2 import CompressionFormat, CompressionMode, Writer as Writer2
@@ -16,6 +17,7 @@ from rosbags.rosbag2 import CompressionFormat, CompressionMode, Writer as Writer
 PAIRS = 60
 SUFFIXES = {'ros1': '.bag', 'sqlite3': '.db3', 'mcap': '.mcap'}
 LONG_ENOUGH = 0.1, 0.3, 0.5, 0.77, 0.9, 0.999
+PAGE = 4096         # bytes, of a database
 ZEROS = bytes(100_000)      # what a file system puts where it knows a size and has no content
 
 
@@ -284,6 +286,65 @@ def test_older_databases_are_read_too(files, tmp_path, version):
         assert set(bag.topics) == set(TOPICS)
         found = [read_stamped(message) for message in bag.messages(TOPICS)]
         assert len(found) > 100 and len(bag.losses) == 1
+
+
+ENDLESS = 'WITH RECURSIVE n(i) AS (SELECT 1 UNION ALL SELECT i + 1 FROM n) SELECT {} FROM n'
+# What stands for a table: a view whose rows have no end, or what makes rows or bytes of nothing.
+COMPUTED = {
+    'messages': 'VIEW messages AS ' + ENDLESS.format("i id, 1 topic_id, i timestamp, x'00' data"),
+    'topics': 'VIEW topics AS ' + ENDLESS.format(
+        "i id, '/a' || i name, 'a/msg/B' type, 'cdr' serialization_format, '' "
+        "offered_qos_profiles, '' type_description_hash"),
+    'message_definitions': 'VIEW message_definitions AS ' + ENDLESS.format(
+        "i id, 'a/msg/B' topic_type, 'ros2msg' encoding, '' encoded_message_definition, '' "
+        'type_description_hash'),
+    'data': 'TABLE messages (id INTEGER PRIMARY KEY, topic_id INTEGER, timestamp INTEGER, '
+            'data BLOB AS (zeroblob(1000000000)) VIRTUAL)',
+    'rows': 'VIRTUAL TABLE messages USING rtree(id, topic_id, timestamp)'}
+
+
+@pytest.mark.parametrize('described', [False, True])
+@pytest.mark.parametrize('torn', [0, 100])
+@pytest.mark.parametrize('what', COMPUTED)
+def test_rows_that_a_database_computes_are_not_read_as_they_may_have_no_end(
+        tmp_path, what, torn, described):
+    with BagOf(tmp_path / 'bag', 'sqlite3') as bag:
+        bag.write('/number', bag.make('std_msgs/msg/Int32'), 1)
+    file = file_of(tmp_path / 'bag')
+    with closing(sqlite3.connect(file)) as database:
+        table = what if COMPUTED[what].startswith('VIEW') else 'messages'
+        database.executescript(f'DROP TABLE {table}; CREATE {COMPUTED[what]};')
+    file.write_bytes(file.read_bytes()[:file.stat().st_size - torn])
+    with pytest.raises(ValueError, match=f'{file} cannot be read as a bag: its .* is computed'):
+        BagReader([file.parent if described else file])
+
+
+def varint(number):
+    """Return a number as three bytes of SQLite."""
+    return bytes((number >> 14 & 127 | 128, number >> 7 & 127 | 128, number & 127))
+
+
+def test_a_message_that_claims_more_bytes_than_the_file_has_is_not_read(tmp_path):
+    """Its pages follow each other in a circle."""
+    data = np.random.default_rng(0).bytes(100_000)
+    with BagOf(tmp_path / 'bag', 'sqlite3') as bag:
+        bag.write('/number', bag.make('std_msgs/msg/Int32'), 1)
+        bag.write_content('/data', 'std_msgs/msg/String', data, 2)
+    file = file_of(tmp_path / 'bag')
+    content, more = bytearray(file.read_bytes()), 900_000
+    kind = content.index(varint(2 * len(data) + 12))    # of the data, behind the size of the row
+    content[kind:kind + 3] = varint(2 * (len(data) + more) + 12)
+    size = len(data) + content[kind - 4] + sum(content[kind - 2:kind])
+    assert content[kind - 8:kind - 5] == varint(size)
+    content[kind - 8:kind - 5] = varint(size + more)
+    first, last = (content.index(part) // PAGE for part in (data[5000:5100], data[-50:]))
+    content[last * PAGE:last * PAGE + 4] = first.to_bytes(4, 'big')
+    file.write_bytes(content[:-100])
+    with closing(sqlite3.connect(file)) as database:
+        assert database.execute('SELECT length(data) FROM messages').fetchall() == [
+            (8,), (len(data) + more,)]
+    with BagReader([file]) as bag:
+        assert [message.topic for message in bag.messages(['/number', '/data'])] == ['/number']
 
 
 def test_a_database_of_another_program_is_no_bag(tmp_path):

@@ -229,6 +229,19 @@ def test_bad_input_is_one_sentence_and_code_2_and_writes_nothing(
     assert re.match(r'fuzzy-stereo( match)?: ', said) and words in said
 
 
+@pytest.mark.parametrize('words, sentence', [
+    (['none.png', 'right.png'], 'none.png cannot be read: No such file'),
+    (['left.png', 'text.png'], 'text.png is not an image'),
+    (['left.png', 'right.png', '--ground-truth', 'none.pfm'], 'none.pfm cannot be read'),
+    (['left.png', 'right.png', '--calibration', 'none.txt'], 'none.txt cannot be read'),
+    (['left.png', 'none.png', '--output', 'out.pfm'], 'none.png cannot be read: No such file')])
+def test_an_input_that_cannot_be_read_is_told_before_an_output_that_exists(
+        folder, capsys, words, sentence):
+    for name in ('disparity.pfm', 'disparity.png', 'out.pfm'):
+        (folder / name).touch()
+    assert sentence in rejection(capsys, 'match', *words, '--disparities', DISPARITIES)
+
+
 def test_an_output_that_cannot_be_written_is_named_and_leaves_nothing(
         folder, capsys, monkeypatch):
     """Here because somebody has made a folder of that name in the meantime."""

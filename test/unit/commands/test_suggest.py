@@ -104,7 +104,9 @@ def test_two_images_alone_are_matched_and_what_was_assumed_is_said(folder, capsy
     assert 'searched: 0 to 63 px, the default; --disparities auto finds the range' in told
     before = (folder / 'disparity.pfm').read_bytes()
     assert main(words) == 2
-    assert '--output is disparity.pfm, which exists; give --overwrite' in capsys.readouterr().err
+    assert (f"without --output the result is written to {folder / 'disparity.pfm'} and "
+            f"{folder / 'disparity.png'}, which there is already; give --overwrite to replace it, "
+            'or --output') in capsys.readouterr().err
     assert (folder / 'disparity.pfm').read_bytes() == before
     assert main([*words, '--disparities', '32', '--overwrite']) == 0
     assert (folder / 'disparity.pfm').read_bytes() != before

@@ -1,6 +1,7 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """What is written is what is read, and a bad file is rejected with a sentence."""
+import errno
 import os
 from unittest import mock
 
@@ -163,6 +164,14 @@ def test_a_write_that_fails_leaves_the_old_file_and_no_other(tmp_path):
         write_disparity(path, np.zeros((2, 2)))
     assert os.listdir(tmp_path) == ['map.pfm']
     assert read_disparity(path).min() == 1
+
+
+def test_an_error_on_a_disk_that_is_only_read_names_the_file_and_not_a_temporary_one(tmp_path):
+    with mock.patch('pathlib.Path.unlink', autospec=True, side_effect=lambda path, **_: (
+            _ for _ in ()).throw(OSError(errno.EROFS, 'Read-only file system', str(path)))), \
+            pytest.raises(OSError) as ended:
+        write_whole(tmp_path / 'map.pfm', b'')
+    assert (ended.value.errno, ended.value.filename) == (errno.EROFS, str(tmp_path / 'map.pfm'))
 
 
 def test_a_link_that_somebody_put_beside_a_file_is_not_followed(tmp_path):

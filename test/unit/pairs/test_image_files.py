@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Images come in as they are stored, or with a sentence that says why not; 16 bits in 8."""
 import os
+import struct
 
 import cv2
 from fuzzy_stereo_ros.pairs.image_files import in_eight_bits, read_image, read_pair, write_image
@@ -22,6 +23,32 @@ def test_an_alpha_channel_is_left_out(tmp_path):
     image = np.random.default_rng(0).integers(0, 255, (4, 4, 4)).astype(np.uint8)
     cv2.imwrite(str(tmp_path / 'image.png'), image)
     assert np.array_equal(read_image(tmp_path / 'image.png'), image[:, :, :3])
+
+
+def tiff(image, orientation, order, big):
+    """Return the bytes of a TIFF of an image, its pixels before its tags, as libtiff writes."""
+    offset = 'Q' if big else 'I'
+    begin = struct.pack(order + '2sHHHQ' if big else order + '2sHI', *(
+        {'<': b'II', '>': b'MM'}[order], *((43, 8, 0) if big else (42,)), 16 + image.nbytes))
+    tags = {256: image.shape[1], 257: image.shape[0], 258: 8 * image.itemsize, 259: 1, 262: 1,
+            273: 16, 274: orientation, 277: 1, 278: image.shape[0], 279: image.nbytes}
+    return b''.join((
+        begin.ljust(16, b'\0'), image.astype(image.dtype.newbyteorder(order)).tobytes(),
+        struct.pack(order + ('Q' if big else 'H'), len(tags)),
+        *(struct.pack(f'{order}HH{offset}', tag, 3, 1)
+          + struct.pack(f'{order}H', value).ljust(8 if big else 4, b'\0')
+          for tag, value in tags.items()), bytes(8)))
+
+
+@pytest.mark.parametrize('kind', [np.uint8, np.uint16])
+@pytest.mark.parametrize('order', '<>')
+@pytest.mark.parametrize('big', [False, True])
+def test_the_orientation_of_a_tiff_is_ignored_as_that_of_other_formats(
+        tmp_path, kind, order, big):
+    image = np.random.default_rng(0).integers(0, np.iinfo(kind).max, (5, 8)).astype(kind)
+    for orientation in range(1, 9):
+        (tmp_path / 'image.tif').write_bytes(tiff(image, orientation, order, big))
+        np.testing.assert_array_equal(read_image(tmp_path / 'image.tif'), image)
 
 
 def test_what_is_no_image_is_rejected_by_name(tmp_path):

@@ -347,6 +347,25 @@ def test_a_jump_back_resets_the_matcher_and_loses_nothing(folder, capsys):
         np.testing.assert_array_equal(values[valid], np.maximum(match.disparity[valid], 0))
 
 
+def test_pairs_of_one_stamp_have_a_file_each_that_a_resumed_replay_names_alike(folder):
+    write_bag(folder / 'bag', pairs=scene(8), change=loop)
+    options = ['--format', 'none', '--files', 'npy']
+    assert replay('bag', options=options) == 0
+    names = [*(f'{stamp:019}.npy' for stamp in stamps(4)),
+             *(f'{stamp:019}_1.npy' for stamp in stamps(4))]
+    files = {path.name: path.read_bytes() for path in (folder / 'out' / 'disparity').iterdir()}
+    assert sorted(files) == sorted(names) and len({*files.values()}) == 8
+    progress = json.loads((folder / 'out' / 'progress.json').read_text())
+    (folder / 'out' / 'progress.json').write_text(json.dumps(progress[:6]))
+    for name in names[6:]:      # one is left of the pair in which the replay ended
+        (folder / 'out' / 'disparity' / name).write_bytes(b'')
+    (folder / 'out' / 'disparity' / names[7]).unlink()
+    assert replay('bag', options=[*options, '--resume']) == 0
+    again = {path.name: path.read_bytes() for path in (folder / 'out' / 'disparity').iterdir()}
+    assert again.keys() == files.keys() and all(again.values())
+    assert all(again[name] == files[name] for name in names[:6])
+
+
 def test_a_calibration_that_changes_in_the_middle_is_reported(folder, capsys):
     def changed(number, messages):
         if number >= 3:

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """What `fuzzy-stereo replay` does with folders of images and videos: the same as with a bag."""
 import json
+import sys
 
 import cv2
 from fuzzy_stereo_ros.commands.command_line import main
@@ -88,6 +89,17 @@ def test_what_synthesise_writes_is_matched_with_its_cameras_and_resumed(folder, 
     assert whole['pairs']['matched'] == 4
     assert all(map(np.array_equal, disparities(folder / 'out').values(),
                    disparities(folder / 'whole').values()))
+
+
+def test_without_rosbags_nothing_is_left_that_blocks_the_next_try(folder, capsys, monkeypatch):
+    with monkeypatch.context() as patch:
+        for name in ('rosbags', 'rosbags.rosbag2', 'rosbags.typesys'):
+            patch.setitem(sys.modules, name, None)
+        assert "pip install 'fuzzy_stereo_ros[bags]'" in rejection(capsys, 'left', 'right')
+        assert not (folder / 'out').exists()
+        assert replay('left', 'right', output='maps', options=[
+            '--format', 'none', '--files', 'npy']) == 0
+    assert replay('left', 'right') == 0
 
 
 def test_a_calibration_reaches_the_matcher(folder, capsys):

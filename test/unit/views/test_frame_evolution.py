@@ -84,7 +84,13 @@ def test_options_that_frames_cannot_have_are_one_sentence(folders, options, word
     assert words in capsys.readouterr().err
 
 
-def test_folders_of_different_lengths_are_no_sequence(folders, capsys):
-    next(folders[1].iterdir()).unlink()
-    assert main(['evolve', *map(str, folders), '--disparities', '24']) == 2
-    assert 'give two folders of as many images' in capsys.readouterr().err
+def test_of_folders_that_lack_images_the_frames_of_both_are_a_sequence(folders, capsys):
+    words = ['evolve', *map(str, folders), '--disparities', '24', '--profile', 'paper_live']
+    (folders[1] / '01.png').unlink()
+    assert main([*words, '--json']) == 0
+    assert len(json.loads(capsys.readouterr().out)['frames']) == FRAMES - 1
+    for side, folder in enumerate(folders):
+        for number, path in enumerate(sorted(folder.iterdir())):
+            path.rename(folder / f'{1738133056 + 10 * number + side}.png')
+    assert main(words) == 2
+    assert 'no images have equal stamps; give their files equal names' in capsys.readouterr().err
