@@ -66,8 +66,7 @@ def check_tables(path):
         database.execute('PRAGMA writable_schema = ON')
         for kind, name, text in database.execute('SELECT type, name, sql FROM sqlite_master'):
             if kind not in ('table', 'index') or COMPUTED.search(text or ''):
-                raise ValueError(f'{path} cannot be read as a bag: its {kind} {ascii(name)} is '
-                                 'computed, and may have no end')
+                raise ValueError(f'{path} cannot be read as a bag: {name!a} is computed')
 
 
 def _database(path, **options):
@@ -242,11 +241,7 @@ def _first_lost(rows, content):
 
 
 def _rows(cut, left):
-    """
-    Yield the rows of the messages up to where they can be read, in the order of writing.
-
-    left: size of the file, bytes; messages that claim more are not read.
-    """
+    """Yield the rows of messages in their order, as far as they are; left: bytes of the file."""
     with suppress(sqlite3.Error):
         for row, topic, log_time, size in cut.execute(
                 'SELECT rowid, topic_id, timestamp, length(data) FROM messages NOT INDEXED '

@@ -6,6 +6,7 @@ from pathlib import Path
 
 from fuzzy_stereo_ros.evaluation.ground_truth import read_mask
 from fuzzy_stereo_ros.pairs.disparity_files import read_disparity
+from fuzzy_stereo_ros.pairs.image_files import check_place
 from fuzzy_stereo_ros.pairs.stereo_pair import width_by_height
 
 # What an interruption leaves behind, of commands that write whole files at their end.
@@ -50,17 +51,14 @@ def checked_outputs(arguments, checks, inputs=()):
 
     checks: {option: function that raises ValueError for a path with a wrong suffix}. inputs:
     paths or None.
-    Raises ValueError if the folder of an output does not exist; if the output is a folder, an
-    input or another output; and if it exists and --overwrite is absent.
+    Raises ValueError if an output has no place, is an input or another output, or exists where
+    --overwrite is absent.
     """
     outputs = {name: Path(getattr(arguments, name)) for name in checks
                if getattr(arguments, name) is not None}
     taken = {Path(path).resolve(): 'an input' for path in inputs if path is not None}
     for name, path in outputs.items():
-        if not path.parent.is_dir():
-            raise ValueError(f'--{name} is {path}, but there is no folder {path.parent}')
-        if path.is_dir():
-            raise ValueError(f'--{name} is {path}, which is a folder; name a file')
+        check_place(path)
         if path.resolve() in taken:
             raise ValueError(f'--{name} is {path}, which is also {taken[path.resolve()]}')
         taken[path.resolve()] = f'--{name}'

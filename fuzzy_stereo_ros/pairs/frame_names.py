@@ -61,10 +61,8 @@ def stamps_of(name, stems, rate=None):
             origin = f'frame numbers at {rate or USUAL_RATE:g} per second'
             return ([[stamps[frame] for frame in side] for side in frames],
                     origin if rate else f'{origin} (see --rate)')
-    raise ValueError(
-        f'{name}: {len(stems[0])} and {len(stems[1])} images, whose names do not tell which '
-        f'belong together, as {stems[0][0]} and {stems[1][0]}; give both images of a pair one '
-        'name, number or time')
+    raise ValueError(f'{name}: names as {stems[0][0]} and {stems[1][0]} do not tell which images '
+                     'belong together; give those of a pair one name, number or time')
 
 
 def _times(stems):

@@ -5,8 +5,6 @@ Read the frames of a stereo recording that is no bag: folders of images, pattern
 
 A frame has a stamp: from the name of its file, from its number and a rate, or from the video.
 """
-from dataclasses import dataclass
-from functools import partial
 from glob import glob
 import heapq
 from pathlib import Path
@@ -28,19 +26,21 @@ LAYOUTS = (('left', 'right'), ('cam0/data', 'cam1/data'), ('cam0', 'cam1'),
            ('image_00/data', 'image_01/data'), ('image_02/data', 'image_03/data'))
 
 
-@dataclass
 class Frame:
     """An image that is read when it is needed, with a header as messages have it."""
 
-    header: SimpleNamespace
-    read: object
+    def __init__(self, stamp, source):
+        """stamp: ns. source: the image, or its file (Path)."""
+        self.header = SimpleNamespace(stamp=SimpleNamespace(), frame_id='left')
+        set_stamp(self.header, stamp)
+        self._source = source
 
-    @classmethod
-    def at(cls, stamp, read):
-        """Return a Frame; stamp: ns. read(): returns its image, as `read_image`."""
-        header = SimpleNamespace(stamp=SimpleNamespace(), frame_id='left')
-        set_stamp(header, stamp)
-        return cls(header, read)
+    def read(self):
+        """Return the image, as `read_image` does; BadPair if it cannot be read."""
+        try:
+            return read_image(self._source) if isinstance(self._source, Path) else self._source
+        except ValueError as error:
+            raise BadPair('damaged image', str(error)) from None
 
 
 class Frames:
@@ -108,15 +108,14 @@ class Frames:
     def _of_side(self, number):
         """Yield (stamp, number of the side, Frame)."""
         for stamp, source in self._stamped[number] if self._stamped else self._of_video(number):
-            yield stamp, number, Frame.at(stamp, partial(_read, source))
+            yield stamp, number, Frame(stamp, source)
 
     def _side_by_side(self):
         """Yield the same of both halves of a video."""
         for stamp, image in self._of_video(0):
             half = image.shape[1] // 2
             for number in (0, 1):
-                yield stamp, number, Frame.at(
-                    stamp, partial(_read, image[:, number * half:(number + 1) * half]))
+                yield stamp, number, Frame(stamp, image[:, number * half:(number + 1) * half])
 
     def _of_video(self, number):
         """Yield (stamp, uint8 (R, C, 3) BGR) to the end of a video, whatever length it says."""
@@ -127,11 +126,7 @@ class Frames:
 
 
 def _sides_of(paths):
-    """
-    Return (path or pattern, its image files) of both cameras, or of one video, in a list.
-
-    Raises ValueError if they are none.
-    """
+    """Return [(path or pattern, its images)] of both cameras or one video; ValueError if none."""
     if len(paths) == 1 and Path(paths[0]).is_dir():
         there = _recordings_in(paths[0])
         if len(there) != 1:
@@ -206,11 +201,3 @@ def _rate_and_count(path, rate):
     if not count >= 1:      # live recorders do not know it
         count = 1 + sum(1 for _ in iter(video.grab, False))
     return rate or own or USUAL_RATE, round(count)
-
-
-def _read(source):
-    """Return an image, or that of a file (Path)."""
-    try:
-        return read_image(source) if isinstance(source, Path) else source
-    except ValueError as error:
-        raise BadPair('damaged image', str(error)) from None

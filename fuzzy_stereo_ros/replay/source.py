@@ -213,9 +213,9 @@ def _time_range(options, bags):
             None if options.duration is None else first + round(options.duration * SECOND))
 
 
-class FrameReader:
+class FrameReader(Frames):
     """
-    The interface of a BagReader, over Frames; the content of a message is a Frame.
+    Frames with the interface of a BagReader; the content of a message is a Frame.
 
     The frames were recorded at their stamps.
     """
@@ -224,11 +224,9 @@ class FrameReader:
 
     def __init__(self, paths, rate=None):
         """Find the frames; paths, rate, errors: as for Frames."""
-        self._frames = Frames(paths, rate)
-        self.names, self.begin, self.end = (
-            self._frames.name, self._frames.begin, self._frames.end)
-        self.topics = {topic: BagTopic(RAW, self._frames.counts[side])
-                       for topic, side in TOPICS.items()}
+        super().__init__(paths, rate)
+        self.names = self.name
+        self.topics = {topic: BagTopic(RAW, self.counts[side]) for topic, side in TOPICS.items()}
 
     def __enter__(self):
         return self
@@ -238,12 +236,12 @@ class FrameReader:
 
     def described(self, topics):
         """Return the two cameras in words; topics: StereoTopics."""
-        return f'{self.names}, stamped by {self._frames.stamped_by}'
+        return f'{self.names}, stamped by {self.stamped_by}'
 
     def messages(self, topics, start=None, stop=None):
         """Yield each BagMessage of some topics, in order; start, stop: ns."""
         sides = {side: topic for topic, side in TOPICS.items() if topic in topics}
-        for side, stamp, frame in self._frames.frames(sides, start, stop):
+        for side, stamp, frame in self.frames(sides, start, stop):
             yield BagMessage(sides[side], stamp, frame, self, self)
 
     def deserialize(self, frame, kind):

@@ -315,7 +315,7 @@ def test_rows_that_a_database_computes_are_not_read_as_they_may_have_no_end(
         table = what if COMPUTED[what].startswith('VIEW') else 'messages'
         database.executescript(f'DROP TABLE {table}; CREATE {COMPUTED[what]};')
     file.write_bytes(file.read_bytes()[:file.stat().st_size - torn])
-    with pytest.raises(ValueError, match=f'{file} cannot be read as a bag: its .* is computed'):
+    with pytest.raises(ValueError, match=f"{file} cannot be read as a bag: '[a-z_]*' is computed"):
         BagReader([file.parent if described else file])
 
 

@@ -201,7 +201,7 @@ BAD_INPUT = {
                 'the images are 80 x 1; at least 2 x 2 pixels are needed'),
     'an unknown suffix': (match_arguments(output='out.tiff'), 'allowed are .pfm, .npy, .png'),
     'a folder as output': (match_arguments(output='folder.pfm'),
-                           '--output is folder.pfm, which is a folder; name a file'),
+                           'folder.pfm is a folder; name a file'),
     'an input as output': (match_arguments(output='left.png'), 'which is also an input'),
     'one file twice': (match_arguments(output='out.png', picture='./out.png'),
                        'which is also --output'),

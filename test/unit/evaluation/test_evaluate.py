@@ -417,7 +417,7 @@ def scene(tmp_path, monkeypatch):
     (['scene', '--truth-scale', '-2'], '--truth-scale is -2.0; allowed are numbers above 0'),
     (['scene', '--csv', 'out.txt'], "out.txt, which has the suffix '.txt'; allowed is"),
     (['scene', '--csv', 'folder.csv', '--overwrite'],
-     '--csv is folder.csv, which is a folder; name a file'),
+     'folder.csv is a folder; name a file'),
     (['scene', '--results', 'nothing'], '--results names nothing, but there is no such folder'),
     (['scene', '--results', 'empty'], 'empty has no result of any scene; name the one of scene '
                                       'empty/scene.pfm, .npy or .png'),

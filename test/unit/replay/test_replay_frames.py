@@ -144,9 +144,8 @@ def test_frames_that_make_no_pairs_are_rejected_in_one_sentence(folder, capsys):
     write_image('names/a.png', np.zeros((4, 4), np.uint8))
     (folder / 'film.mp4').write_bytes(b'no video')
     for inputs, options, sentence in (
-            (['left', 'names'], [], 'left and names: 6 and 1 images, whose names do not tell '
-             'which belong together, as left_0 and a; give both images of a pair one name, number '
-             'or time'),
+            (['left', 'names'], [], 'left and names: names as left_0 and a do not tell which '
+             'images belong together; give those of a pair one name, number or time'),
             (['names'], [], 'names has no folders left and right, and no images that are named by '
              'their camera (left_0.png and right_0.png); name two folders'),
             (['left', 'right', 'names'], [], 'two folders, videos or patterns in quotes'),
