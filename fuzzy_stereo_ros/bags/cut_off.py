@@ -204,7 +204,8 @@ def _copy_rows(cut, index, content, size):
                                           encoded_message_definition, type_description_hash);
         CREATE TABLE messages (id INTEGER PRIMARY KEY, topic_id, timestamp, data, size);
     """)
-    index.executemany('INSERT INTO topics VALUES (?, ?, ?, ?, ?, ?)', _topics(cut))
+    index.executemany('INSERT INTO topics VALUES (:id, :name, :type, :serialization_format, '
+                      ':offered_qos_profiles, :type_description_hash)', _topics(cut))
     with suppress(sqlite3.OperationalError):    # older ones have none
         index.executemany('INSERT INTO message_definitions VALUES (?, ?, ?, ?, ?)', cut.execute(
             'SELECT id, topic_type, encoding, encoded_message_definition, type_description_hash '
@@ -222,12 +223,11 @@ def _copy_rows(cut, index, content, size):
 
 
 def _topics(cut):
-    """Return the rows of the topics, with what older ones lack."""
-    columns = {row[1] for row in cut.execute('PRAGMA table_info(topics)')}
-    later = (name if name in columns else empty for name, empty in (
-        ('offered_qos_profiles', "'[]'"), ('type_description_hash', "''")))
-    return cut.execute('SELECT id, name, type, serialization_format, '
-                       f"{', '.join(later)} FROM topics")
+    """Yield {column: value} of the topics, with what older ones lack."""
+    rows = cut.execute('SELECT * FROM topics')
+    for row in rows:
+        yield {'offered_qos_profiles': '[]', 'type_description_hash': '',
+               **dict(zip((column for column, *_ in rows.description), row))}
 
 
 def _first_lost(rows, content):

@@ -39,7 +39,8 @@ DESCRIPTION = (
     '                 found by type and name (left and right, infra1 and infra2, cam0 and cam1),\n'
     '                 their camera_info in the same namespace\n'
     '  frames         two folders, or two patterns in quotes; or one folder with left and right\n'
-    '                 in it (as synthesise writes, EuRoC and KITTI), whose calib.txt is read\n'
+    '                 in it (as synthesise writes, EuRoC and KITTI), or with left_0.png and\n'
+    '                 right_0.png, whose calib.txt is read\n'
     '  videos         two, or one with both images side by side')
 EXAMPLE = ('examples:\n'
            '  fuzzy-stereo replay recorded.mcap --output matched --disparities 128\n'
@@ -74,7 +75,7 @@ def add_arguments(parser):
                         help='topics to copy into the bag; without a name all topics')
     parser.add_argument('--files', choices=MAP_SUFFIXES, nargs='+', default=[],
                         help='also write a disparity file for each pair, DIR/disparity/STAMP in '
-                             'ns (of pairs with one stamp the last): npy (invalid: NaN), pfm '
+                             'ns (STAMP_1 of a second pair with it): npy (invalid: NaN), pfm '
                              '(inf) or png (16 bits as KITTI, 0); DIR/calibration.json has what '
                              'turns disparities into metres')
     parser.add_argument('--overwrite', action='store_true',
