@@ -76,7 +76,7 @@ def _times(stems):
     parts = [part if sign == '.' or len(whole) == 10 else ''
              for whole, sign, part in zip(wholes, signs, parts)]
     longest, width = max(map(len, parts)), 0
-    if '.' not in signs or (longest in (8, 9) and {*map(len, parts)} != {longest}):
+    if '.' not in signs or longest in (8, 9):       # nobody writes 8 decimals
         width = -(-longest // 3) * 3    # a count of ns, us or ms, perhaps without leading zeros
     usual = SECOND if longest < 10 else 10**6       # RealSense: ms with 14 decimals
     times = [int(whole) * unit + int(part.rjust(width, '0').ljust(18, '0')) * unit // 10**18
