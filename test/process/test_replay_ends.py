@@ -129,7 +129,7 @@ def test_a_looped_recording_goes_on_in_the_round_it_was_interrupted_in(
         files, expected = (
             {path.name: path.read_bytes() for path in (folder / name / 'disparity').iterdir()}
             for name in (f'out{number}', f'whole{number}'))
-        assert files == expected and len(files) == 20
+        assert files == expected and len(files) == 60
     written, expected = (
         [(topic, log_time, bytes(message.image.data)) for topic, log_time, message
          in content(folder / name, '/disparity')] for name in ('out0', 'whole0'))
