@@ -193,7 +193,8 @@ def _numbers(folder, layout):
     """Return the numbers (*) of the left images in order, [''] of a layout without numbers."""
     start, star, _ = layout.left.partition('*')
     stems = {path.relative_to(folder).with_suffix('').as_posix().removeprefix(start)
-             for path in folder.glob(f'{layout.left}.*') if path.suffix.lower() in PICTURES}
+             for path in folder.glob(f'{layout.left}.*')
+             if path.suffix.lower() in PICTURES and not path.name.startswith('.')}
     found = [NUMBER.fullmatch(stem) for stem in stems] if star else []
     return [match[0] for match in sorted(filter(None, found), key=lambda match: (
         match[1], int(match[2])))] if star else sorted(stems)[:1] and ['']

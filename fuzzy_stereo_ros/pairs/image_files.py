@@ -24,7 +24,7 @@ PNG_HEADER = re.compile(re.escape(PNG_START) + rb'....IHDR(.{8})', re.DOTALL)
 JPEG_FRAMES = frozenset(range(0xC0, 0xD0)) - {0xC4, 0xC8, 0xCC}
 JPEG_LAST = 0xD9, 0xDA          # end of image, start of scan: no segment follows with a length
 JPEG_MARKER = re.compile(rb'\xff[^\x00\x01\xd0-\xd7\xff](?=..)', re.DOTALL)    # with a length
-# A TIFF up to its orientation, with either byte order, as such or as BigTIFF.
+# A TIFF or BigTIFF of either byte order up to its orientation, which OpenCV obeys there alone.
 TIFF_TO_ORIENTATION = re.compile(
     rb'\A(II[*+]\0.*?\x12\x01\x03\0\x01\0{3}(?:\0{4})?|'
     rb'MM\0[*+].*?\x01\x12\0\x03(?:\0{4})?\0{3}\x01\0)[\x02-\x08]', re.DOTALL)
@@ -40,7 +40,6 @@ def read_image(path):
     content = read_bytes(path)
     if is_cut_off(content):
         raise ValueError(f'{path} is cut off: its JPEG has no end marker')
-    # OpenCV turns TIFF alone.
     content = TIFF_TO_ORIENTATION.sub(rb'\g<1>' + b'\x01', content)
     try:
         image = cv2.imdecode(np.frombuffer(content, np.uint8), cv2.IMREAD_UNCHANGED)

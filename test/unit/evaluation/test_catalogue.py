@@ -151,7 +151,10 @@ CASES = [
 
 @pytest.mark.parametrize('write', CASES)
 def test_a_scene_is_recognised_and_read_as_its_data_set_means_it(write, tmp_path):
+    """Also beside the companions of its files that macOS writes on other disks."""
     wanted = write(tmp_path)
+    for path in [*tmp_path.rglob('*.*')]:
+        path.with_name(f'._{path.name}').write_bytes(b'\0\5\x16\7')
     found = search([tmp_path], wanted.scale)
     (scene,) = found.scenes
     assert not found.sequences and not found.skipped

@@ -5,7 +5,8 @@ import os
 import struct
 
 import cv2
-from fuzzy_stereo_ros.pairs.image_files import in_eight_bits, read_image, read_pair, write_image
+from fuzzy_stereo_ros.pairs.image_files import (
+    check_place, in_eight_bits, read_image, read_pair, write_image)
 import numpy as np
 import pytest
 
@@ -77,6 +78,13 @@ def test_a_pair_of_two_sizes_is_rejected_with_both_sizes(tmp_path):
     write_image(tmp_path / 'right.png', np.zeros((5, 8, 3), np.uint8))
     with pytest.raises(ValueError, match='left.png is 7x5 and .*right.png is 8x5'):
         read_pair(tmp_path / 'left.png', tmp_path / 'right.png')
+
+
+def test_a_place_where_nothing_can_be_written_is_rejected_before_any_work(tmp_path, monkeypatch):
+    check_place(tmp_path / 'file')
+    monkeypatch.setattr(os, 'access', lambda path, mode: (path, mode) != (tmp_path, os.W_OK))
+    with pytest.raises(ValueError, match=f'file cannot be written: {tmp_path} is read-only'):
+        check_place(tmp_path / 'file')
 
 
 def test_a_suffix_that_is_no_image_is_rejected_and_nothing_written(tmp_path):
