@@ -110,7 +110,8 @@ def run(arguments, stream):
         inputs += arguments.left, arguments.right, *(arguments.calibration or ())
         images, infos = read_pair(arguments.left, arguments.right), (None, None)
         if arguments.rectify or cameras.given:
-            infos, _ = cameras.cameras(images[0].shape[:2], '--rectify', arguments.rectify)
+            infos, _ = cameras.cameras(images[0].shape[:2], '--rectify', arguments.rectify,
+                                       (arguments.left, arguments.right))
         pair = PairReader(arguments.rectify).read_images(images, infos)
     elif arguments.rectify or cameras.given:
         raise ValueError('--saved has rectified images and their calibration; leave out --rectify '
@@ -171,6 +172,7 @@ def run(arguments, stream):
         'density': 100 * float(np.isfinite(match.disparity).mean()),
         'mean_confidence': float(match.confidence.mean()),
         'ground_truth': None if truth is None else asdict(score(match.disparity, truth, mask)),
+        'remarks': list(pair.calibration.remarks),
         'hint': finding and finding._asdict(),
         'misalignment': match.misalignment and match.misalignment.record,
         'row_offset': row_offset_in_words(match.misalignment),
@@ -217,6 +219,7 @@ def _sentences(figures):
     found = figures['ground_truth']
     if found is not None:
         lines.append(_sentence_on(found))
+    lines += [f'remark: {remark}' for remark in figures['remarks']]
     if figures['hint'] is not None:
         lines.append(f"hint: {figures['hint']['sentence']}")
     lines.append(f"row offset: {figures['row_offset']}")

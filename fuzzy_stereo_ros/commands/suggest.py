@@ -83,6 +83,7 @@ def run(arguments, stream):
         *_comment(reach(whole.min_disparity, whole.disparities, whole_calibration)),
         f'    min_disparity: {whole.min_disparity}',
         f'    disparity_range: {whole.disparities}',
+        *(f'    # remark: {remark}' for remark in pairs[0].calibration.remarks),
         f'    # row offset: {row_offset_in_words(match.misalignment)}',
         '    align_rows: true',
         *_comment(_exposure(images)),

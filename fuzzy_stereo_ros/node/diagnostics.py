@@ -7,16 +7,17 @@ import threading
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from fuzzy_stereo_ros.matching.row_offsets import MEASURED, NOT_MEASURED
+from fuzzy_stereo_ros.pairs.stereo_pair import UNCALIBRATED
 from fuzzy_stereo_ros.parameters.table import ros_name
 import numpy as np
 
 LOADING = 'loading the kernels'
 GLANCE, DETAILS = 'stereo matching', 'stereo matching, details'     # names of the two statuses
-RECTIFICATION = 'rectification'
+RECTIFICATION, CALIBRATION = 'rectification', 'calibration'
 # Keys of the first status, in its order; all others are in the second.
 AT_A_GLANCE = ('input rate', 'output rate', 'latency, median', 'latency, 95th percentile',
                'pairs dropped', 'pairs rejected', 'valid share', 'mean confidence', RECTIFICATION,
-               'suspected fault')
+               CALIBRATION, 'suspected fault')
 RECENT = 200    # newest pairs, of which medians and percentiles are computed
 # Why messages are lost or what to do, by the start of their keys in `counts_of`.
 LOSSES = {
@@ -33,14 +34,14 @@ class Diagnostics:
     Publishes a level, a sentence and values in /diagnostics: what matters first, then the rest.
 
     values: {key: text} that were published last, in both statuses. rejected: Counter of rejected
-    pairs by reason.
+    pairs by reason. calibration: Calibration of the newest pair.
     """
 
     def __init__(self, node, now):
         """Advertise /diagnostics; now: s, the start of the first rates."""
         self._node = node
         self._publisher = node.create_publisher(DiagnosticArray, '/diagnostics', 1)
-        self.values, self.rejected = {}, Counter()
+        self.values, self.rejected, self.calibration = {}, Counter(), UNCALIBRATED
         self._lock, self._times, self._match = threading.Lock(), deque(maxlen=RECENT), None
         self._counted, self._counts = now, {}
 
@@ -84,6 +85,10 @@ class Diagnostics:
         if finding and not idle:
             level = 'WARN' if level == 'OK' and finding.warns else level
             sentence += f'; {finding.sentence}'
+        calibration = self.calibration
+        if calibration.remarks and not idle:
+            level = 'WARN' if level == 'OK' and calibration.baseline else level
+            sentence = '; '.join((sentence, *calibration.remarks))
         misalignment = self.misalignment
         if misalignment and misalignment.advice and not idle:
             level = 'WARN' if level == 'OK' else level
@@ -98,6 +103,7 @@ class Diagnostics:
         if self._match:
             self.values[RECTIFICATION] = (
                 misalignment.advice or 'OK') if misalignment else NOT_MEASURED
+            self.values[CALIBRATION] = '; '.join(calibration.remarks) or 'OK'
         details = [key for key in self.values if key not in AT_A_GLANCE]
         message = DiagnosticArray(status=[
             self._status(GLANCE, level, sentence, AT_A_GLANCE),

@@ -155,6 +155,7 @@ class DisparityNode(Node):
         """Read, match and publish a MatchedSet that arrived at a time in s."""
         matched_set, arrived = item
         pair = self._reader.read(*matched_set.messages)
+        self._diagnostics.calibration = pair.calibration
         for remark in pair.calibration.remarks:
             self._log_once(remark)
         matched = self._matcher.match(pair)

@@ -12,14 +12,17 @@ import cv2
 from fuzzy_stereo_ros.pairs.stereo_pair import BadPair, Calibration, Projection
 import numpy as np
 
-VERTICAL_SHARE = 1e-3   # share of Tx; a larger Ty means that the cameras are mounted vertically
+VERTICAL_SHARE = 0.01   # share of Tx; a larger Ty means that the cameras are mounted vertically
 FOCAL_SHARE = 1e-3      # by which focal lengths of a rectified pair may differ
 ROW_DIFFERENCE = 0.5    # px, by which cy of a rectified pair may differ
 # Limits within which float32 outputs still resolve sixteenths of pixels.
 FARTHEST_CENTRE = 1e6   # px, of cx and cy from 0, and from each other
 LARGEST_MILLIMETRES = 65535     # of uint16
 LENGTHS = 1e-9, 1e9     # of focal lengths in px, and of the baseline in metres
-LONG_BASELINE = 10.0    # m; longer ones are probably given in millimetres
+LONG_BASELINE = 2.0     # m; from here on it is probably given in centimetres or millimetres
+RECTIFIED = {1: 0, 4: 0, 8: 0, 9: 0, 10: 1}     # elements of P of every rectified camera
+ROUNDING = 1e-6         # of these, of those in px as a share of fx
+MIDDLE = 0.25           # share of an image's side; principal points lie that far inside
 
 
 @dataclass(frozen=True)
@@ -35,6 +38,8 @@ class _Camera:
     binning: tuple
     first_row: int
     has_k: bool
+    odd: tuple
+    size: tuple | None
 
 
 def read_calibration(left_info, right_info):
@@ -132,29 +137,49 @@ def _camera(side, info):
         cy=(projection[6] - int(region.y_offset)) / down,
         tx=projection[3] / across, ty=projection[7] / down,
         binning=(across, down), first_row=int(region.y_offset),
-        has_k=bool(intrinsic) and intrinsic[0] > 0)
+        has_k=bool(intrinsic) and intrinsic[0] > 0,
+        odd=tuple(f'P[{place}] is {projection[place]:g}' for place, value in RECTIFIED.items()
+                  if abs(projection[place] - value) > ROUNDING * (
+                      projection[0] if place < 8 else 1)),
+        size=expected_size(info))
 
 
 def _remarks(left, right, baseline):
     """Yield sentences about numbers that are probably wrong, or missing for depth."""
+    both = ('left', left), ('right', right)
     if abs(left.fx - right.fx) > FOCAL_SHARE * right.fx:
         yield (f'fx is {left.fx:g} in the left and {right.fx:g} in the right camera_info; the '
                'two of a rectified pair are equal, the right one is used')
     if abs(left.cy - right.cy) > ROW_DIFFERENCE:
         yield (f'cy is {left.cy:g} in the left and {right.cy:g} in the right camera_info; rows '
                'of a rectified pair lie at the same height, calibrate the two as a pair')
-    if baseline > LONG_BASELINE:
-        yield (f'the baseline is {baseline:g} m; if that is meant to be mm, all depths and points '
-               'are 1000 times too far: P[3] of the right camera_info is -fx * baseline in metres')
+    for side, camera in both:
+        if camera.odd:
+            yield (f"{', '.join(camera.odd)} in the {side} camera_info: P of a rectified "
+                   'camera has no rotation, only fx, cx, Tx, fy, cy and P[10] = 1; take P1 and '
+                   'P2 of a calibration of the two as a pair')
     missing = [f'K of the {side} camera_info is not that of a calibrated camera'
-               for side, camera in (('right', right), ('left', left)) if not camera.has_k]
+               for side, camera in reversed(both) if not camera.has_k]
     if not baseline:
-        missing.append('the baseline is 0 m, as P[3] of the right camera_info is not -fx * '
-                       'baseline')
+        missing.append('the baseline is 0 m, as P[3] of ' + (
+            'both camera_info is the same' if right.tx else
+            'the right camera_info is not -fx * baseline'))
     if missing:
         yield (f'{missing[0]}: disparities are without metres (t is 0), depth and points are '
                'left out; calibrate the two cameras as a pair, or load their calibration into '
                'the drivers')
+        return
+    if baseline >= LONG_BASELINE:
+        yield (f'the baseline is {baseline:g} m; if that is meant to be cm or mm, all depths and '
+               'points are 100 or 1000 times too far: P[3] of the right camera_info is '
+               '-fx * baseline in metres (of a file: see --unit)')
+    for side, camera in both:
+        rows, columns = camera.size or (0, 0)
+        if not all(MIDDLE * length <= centre <= (1 - MIDDLE) * length for centre, length in (
+                (camera.cx, columns), (camera.cy, rows)) if length):
+            yield (f'the principal point {camera.cx:g}, {camera.cy:g} of the {side} camera_info '
+                   f'is far outside the middle of {columns}x{rows} pixels: give the region of '
+                   'interest of images that are cut out, and the calibration of their size')
 
 
 def reach(first, count, calibration):

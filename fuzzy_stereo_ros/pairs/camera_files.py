@@ -1,15 +1,11 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""
-Read and write camera files: YAML of camera_calibration, and calib.txt of Middlebury 2014.
-
-In a calib.txt the baseline is in millimetres, and doffs is minus our offset.
-"""
+"""Write YAML of camera_calibration and calib.txt of Middlebury 2014; read the former."""
 from dataclasses import dataclass, field
-import re
 from types import SimpleNamespace
 
 from fuzzy_stereo_ros.pairs.image_files import read_bytes, write_whole
+from fuzzy_stereo_ros.pairs.lenses import model_of
 from fuzzy_stereo_ros.pairs.stereo_pair import Calibration, Projection
 
 MATRICES = {'k': ('camera_matrix', 3, 3), 'd': ('distortion_coefficients', 1, None),
@@ -82,8 +78,11 @@ def read_camera(path):
             if columns is not None and len(matrices[letter]) != rows * columns:
                 raise ValueError(f'{title} has {len(matrices[letter])} numbers; needed are '
                                  f'{rows * columns}')
+        distortion = content['distortion_coefficients']
         return Camera(int(content['image_height']), int(content['image_width']), **matrices,
-                      distortion_model=str(content.get('distortion_model', 'plumb_bob')))
+                      distortion_model=model_of(
+                          map(content.get, ('distortion_model', 'camera_model')),
+                          (distortion.get('rows'), distortion.get('cols'))))
     except (ValueError, TypeError, KeyError, OverflowError) as error:
         reason = f'it has no {error}' if isinstance(error, KeyError) else ' '.join(
             str(error).split())
@@ -95,6 +94,7 @@ def write_middlebury_calibration(path, calibration, shape, min_disparity, dispar
     """
     Write a Calibration as calib.txt of Middlebury 2014; OSError if it cannot be written.
 
+    There the baseline is in millimetres, and doffs is minus our offset.
     shape: (rows, columns) of the images. min_disparity, disparities: px, range of the truth.
     """
     fx, fy, cx, cy = calibration.left
@@ -107,29 +107,6 @@ def write_middlebury_calibration(path, calibration, shape, min_disparity, dispar
               'isint=0', f'vmin={min_disparity}', f'vmax={min_disparity + disparities - 1}',
               'dyavg=0', 'dymax=0']
     write_whole(path, ('\n'.join(lines) + '\n').encode())
-
-
-def read_middlebury_cameras(path):
-    """
-    Return the left and the right Camera of a calib.txt of Middlebury 2014.
-
-    Raises ValueError if cam0, doffs or baseline is missing or damaged.
-    """
-    text = read_bytes(path).decode('utf-8', 'replace')
-    found = dict(re.findall(r'^(\w+)=(.*?)\s*$', text, re.MULTILINE))
-    missing = [name for name in ('cam0', 'doffs', 'baseline') if name not in found]
-    if missing:
-        raise ValueError(f'{path} is no calib.txt of Middlebury 2014: it has no '
-                         f"{', no '.join(missing)}")
-    try:
-        fx, _, cx, _, fy, cy = map(float, re.findall(r'[^\s;\[\]]+', found['cam0'])[:6])
-        offset, baseline = -float(found['doffs']), float(found['baseline']) / 1000
-        size = tuple(int(found[name]) for name in ('height', 'width') if name in found)
-    except ValueError as error:
-        raise ValueError(f'{path} is damaged: {error}') from None
-    return tuple(rectified_cameras(
-        Calibration(fx, baseline, offset, Projection(fx, fy, cx, cy)),
-        *(size if len(size) == 2 else (0, 0))).values())
 
 
 def read_yaml(text):

@@ -5,73 +5,84 @@ Read the calibrations that people have: a table of formats, told apart by their 
 
 To add a format, add a row to FORMATS. A reader returns the two cameras of a pair as Camera, whose
 K, D, R and P rectify raw images; where a file has only how the raw cameras stand to each other,
-OpenCV's stereoRectify makes R and P. Lengths are metres, as all of these programs write them but
-Middlebury (millimetres) and DepthAI (centimetres).
+OpenCV's stereoRectify makes R and P; where it has only rectified ones, R is `UNKNOWN`. P is in
+the unit of the format, which `read_cameras` makes metres.
 """
 from collections.abc import Callable
 from dataclasses import replace
 import json
+from pathlib import Path
 import re
 from typing import NamedTuple
 
 import cv2
 from fuzzy_stereo_ros.pairs.calibration import expected_size, read_calibration
-from fuzzy_stereo_ros.pairs.camera_files import (
-    Camera, read_camera, read_middlebury_cameras, read_yaml)
+from fuzzy_stereo_ros.pairs.camera_files import Camera, read_camera, read_yaml, rectified_cameras
 from fuzzy_stereo_ros.pairs.image_files import read_bytes
+from fuzzy_stereo_ros.pairs.lenses import EQUIDISTANT, lens_of
+from fuzzy_stereo_ros.pairs.stereo_pair import BadPair, Calibration, Projection
 import numpy as np
 
-MODELS = {'radtan': 'plumb_bob', 'radial-tangential': 'plumb_bob', 'none': 'plumb_bob',
-          'equidistant': 'equidistant'}     # of Kalibr and EuRoC, by their names
+UNITS = {'m': 1, 'cm': 100, 'mm': 1000}     # of lengths in files, by how many are a metre
+UNKNOWN = (0.0,) * 9                        # R of cameras whose raw images nothing is known of
 # Names in files of cv2.FileStorage, without case, underlines and the side.
 OPENCV_NAMES = {
     'k': ('k', 'm', 'cameramatrix', 'mtx', 'intrinsics', 'intrinsic', 'intrinsicmatrix'),
     'd': ('d', 'dist', 'distcoeffs', 'distcoeff', 'distortion', 'distortioncoefficients'),
     'r': ('r', 'rect', 'rectification', 'rectificationmatrix'),
     'p': ('p', 'proj', 'projection', 'projectionmatrix')}
-OPENCV_SIDES = {'left': ('1', 'left', 'l'), 'right': ('2', 'right', 'r')}
+OPENCV_SHAPES = {'k': (3, 3), 'd': (), 'r': (3, 3), 'p': (3, 4)}    # () = as it is
+OPENCV_SIDES = ('1', 'left', 'l'), ('2', 'right', 'r')
 ROTATIONS, TRANSLATIONS = ('r', 'rot', 'rotation'), ('t', 'trans', 'translation')
 SIZES = ('imagesize', 'size', 'imgsize')
-COUNTED = {4, 5, 8, 12, 14}         # coefficients of a distortion that OpenCV knows
-CENTIMETRES = 100
+KITTI_FOLDER = re.compile('(image_|colou?red_)0?([0-3])')
+DEPTHAI_LENSES = 'perspective', 'fisheye', 'equirectangular', 'radial division'
 
 
 class _Raw(NamedTuple):
-    """A raw camera: K (3, 3) and D of a size, (rows, columns) or None, and ROS's name of D."""
+    """A raw camera: K (3, 3) of a size, (rows, columns) or None, and its lens as of `lens_of`."""
 
     k: np.ndarray
+    size: tuple | None
+    model: str
     d: np.ndarray
-    size: tuple | None = None
-    model: str = 'plumb_bob'
 
 
 class Format(NamedTuple):
-    """A format: name, pattern that only it has, number of files, read(paths, contents, shape)."""
+    """A format: pattern that only it has, read(paths, texts of these, shape, images), unit."""
 
     name: str
     pattern: str
     files: tuple
     read: Callable
+    unit: str = 'm'
 
 
-def read_cameras(paths, shape=None, offset=0.0):
+def read_cameras(paths, shape=None, offset=0.0, unit=None, images=()):
     """
     Return the left and the right Camera of calibration files, of any of FORMATS.
 
     shape: (R, C) of the images; None = as the files say. offset: px, cx of the left camera minus
-    that of the right one, for the ROS YAML of the right camera alone.
-    Raises ValueError for a damaged file, or one of another format.
+    that of the right one, for the ROS YAML of the right camera alone. unit: of UNITS, of the
+    lengths; None = that of the format. images: paths of the left and the right images, whose
+    folders tell which of KITTI's cameras they are of.
+    Raises ValueError for a damaged file, one of another format, or a lens of another model.
     """
     contents, form = _contents_and_format(paths)
+    names = ' and '.join(map(str, paths))
     try:
-        left, right = form.read(paths, contents, shape)
-    except (ArithmeticError, AttributeError, LookupError, TypeError, ValueError, RecursionError,
+        cameras = form.read(paths, contents, shape, images)
+    except BadPair as bad:
+        raise ValueError(f'{names}: {bad}') from None
+    except (ArithmeticError, LookupError, TypeError, ValueError, RecursionError,
             cv2.error) as error:
-        names = ' and '.join(map(str, paths))
         text = ' '.join((f'it has no {error}' if isinstance(error, KeyError) else
                          str(error) or type(error).__name__).split())
-        raise ValueError(text if names in text else
+        raise ValueError(text if any(str(path) in text for path in paths) else
                          f'{names} is damaged, or no {form.name}: {text}') from None
+    left, right = (replace(camera, p=tuple(
+        value / UNITS[unit or form.unit] if place % 4 == 3 else value
+        for place, value in enumerate(camera.p))) for camera in cameras)
     if is_of_one_camera(paths):
         p = left.p
         left = replace(left, p=(*p[:2], p[2] + offset, 0.0, *p[4:]))
@@ -92,45 +103,56 @@ def _contents_and_format(paths):
                      + ', '.join(form.name for form in FORMATS))
 
 
-def read_calibration_files(paths, offset=0.0, shape=None):
+def read_calibration_files(paths, offset=0.0, shape=None, unit=None):
     """
     Return the Calibration of a rectified pair, and the (rows, columns) of its images or None.
 
     Arguments and errors are those of `read_cameras`; ValueError, too, without a baseline.
     """
-    left, right = read_cameras(paths, shape, offset)
+    left, right = read_cameras(paths, shape, offset, unit)
     try:
         calibration = read_calibration(left, right)
         if not calibration.baseline:
-            raise ValueError('the baseline is 0 m, or K is missing; calibrate the two cameras as '
-                             'a pair')
+            raise ValueError(calibration.remarks[-1])
     except ValueError as error:
         raise ValueError(f'{paths[-1]}: {error}') from None
     return calibration, expected_size(right)
 
 
-def _ros(paths, contents, shape):
+def _ros(paths, contents, shape, images):
     cameras = [read_camera(path) for path in paths]
     return cameras[0], cameras[-1]
 
 
-def _middlebury(paths, contents, shape):
-    return read_middlebury_cameras(paths[0])
+def _middlebury(paths, contents, shape, images):
+    found = dict(re.findall(r'^(\w+)=(.*?)\s*$', contents[0], re.MULTILINE))
+    fx, _, cx, _, fy, cy = map(float, re.findall(r'[^\s;\[\]]+', found['cam0'])[:6])
+    size = [int(found[name]) for name in ('height', 'width') if name in found]
+    return rectified_cameras(Calibration(
+        fx, float(found['baseline']), -float(found['doffs']), Projection(fx, fy, cx, cy)),
+        *(size if len(size) == 2 else shape or (0, 0))).values()
 
 
-def _kitti(paths, contents, shape):
-    """Read P0 and P1, or else P2 and P3: calib.txt of the odometry, calib_cam_to_cam.txt."""
-    found = {int(number): np.array(values.split(), float).reshape(3, 4) for number, values in
+def _kitti(paths, contents, shape, images):
+    """Read those of P0 to P3 whose numbers the images' folders have, else P0, P1, else P2, P3."""
+    found = {f'P{number}': np.array(values.split(), float).reshape(3, 4) for number, values in
              re.findall(r'^P(?:_rect_0)?([0-3]):(.*)$', contents[0], re.MULTILINE)}
-    pair = (0, 1) if 0 in found and 1 in found else (2, 3)
+    pair = [_number_of(path) for path in images]
+    if None in pair or len(pair) != 2:
+        pair = (0, 1) if {'P0', 'P1'} <= found.keys() else (2, 3)
     size = re.search(r'^(?:S_rect_0[0-3]|size):\s*([\d.e+]+)\s+([\d.e+]+)', contents[0],
                      re.MULTILINE)
-    rows, columns = (round(float(size[2])), round(float(size[1]))) if size else shape or (0, 0)
-    return tuple(Camera(rows, columns, k=tuple(found[one][:, :3].ravel()),
-                        p=tuple(found[one].ravel())) for one in pair)
+    return _only_rectified((found[f'P{one}'] for one in pair), (
+        round(float(size[2])), round(float(size[1]))) if size else shape)
 
 
-def _opencv(paths, contents, shape):
+def _number_of(path):
+    """Return the number of the camera of KITTI that a path of images names, None without."""
+    names = map(KITTI_FOLDER.fullmatch, reversed(Path(path).resolve().parts))
+    return next((int(name[2]) + 2 * name[1].startswith('c') for name in names if name), None)
+
+
+def _opencv(paths, contents, shape, images):
     """
     Read what stereoCalibrate and stereoRectify return, from one file or two of FileStorage.
 
@@ -139,45 +161,62 @@ def _opencv(paths, contents, shape):
     found = {}
     for content in contents:
         plain = re.sub('!!opencv(-nd)?-matrix', '', content.replace('%YAML:', '%YAML ', 1))
-        for key, value in read_yaml(plain).items():
+        for key, value in dict(read_yaml(plain)).items():
             if isinstance(value, dict):
                 shape_of_it = value.get('sizes') or (value['rows'], value['cols'])
                 value = np.reshape(np.array(value['data'], float), shape_of_it)
             found[re.sub(r'[^a-z0-9]', '', str(key).lower())] = value
 
-    def of(names):
-        return next((found[name] for name in names if found.get(name) is not None), None)
+    def of(names, *shape):
+        value = next((found[name] for name in names if found.get(name) is not None), None)
+        return value if value is None else np.array(value, float).reshape(shape or np.shape(value))
 
-    sides = {side: {letter: of([word for stem in stems for mark in marks
-                                for word in (stem + mark, mark + stem)])
-                    for letter, stems in OPENCV_NAMES.items()}
-             for side, marks in OPENCV_SIDES.items()}
-    size = of(SIZES)
+    sides = [{letter: of([word for stem in stems for mark in marks
+                          for word in (stem + mark, mark + stem)], *OPENCV_SHAPES[letter])
+              for letter, stems in OPENCV_NAMES.items()} for marks in OPENCV_SIDES]
+    size, rotation, translation = of(SIZES), of(ROTATIONS, 3, 3), of(TRANSLATIONS)
     if size is None and 'imageheight' in found and 'imagewidth' in found:
         size = found['imagewidth'], found['imageheight']
     size = size if size is None else tuple(int(side) for side in np.ravel(size)[1::-1])
-    raw = []
-    for side, parts in sides.items():
-        if parts['k'] is None:
-            raise ValueError(f'it has no matrix of the {side} camera: K1, M1 or cameraMatrix1, '
-                             'and those with 2, beside D1, D2, R and T')
-        distortion = np.zeros(5) if parts['d'] is None else np.ravel(parts['d'])
-        raw.append(_Raw(np.reshape(parts['k'], (3, 3)), distortion, size))
-    rectified = [parts[letter] for parts in sides.values() for letter in 'rp']
-    if all(one is not None for one in rectified):
-        return tuple(_camera(one, *rectified[2 * number:2 * number + 2], size or shape)
-                     for number, one in enumerate(raw))
-    return _rectified(*raw, np.reshape(of(ROTATIONS), (3, 3)), of(TRANSLATIONS), shape)
+    if 'q' in found and all(parts['p'] is None for parts in sides):
+        *centre, focal, (_, _, per_baseline, shift) = of(['q'], 4, 4).tolist()
+        left = Projection(focal[3], focal[3], *(-line[3] for line in centre))
+        cameras = rectified_cameras(
+            Calibration(left.fx, 1 / per_baseline, -shift / per_baseline, left), 0, 0)
+        for parts, camera in zip(sides, cameras.values()):
+            parts['p'] = np.reshape(camera.p, (3, 4))
+    has_k, has_r, has_p = (all(parts[letter] is not None for parts in sides) for letter in 'krp')
+    is_whole, is_moved = has_r and has_p, rotation is not None and translation is not None
+    if has_k and (is_whole or is_moved):
+        names = ['fisheye' * bool(found.get('fisheyemodel')), 'omnidir' * ('xi1' in found),
+                 *(str(found.get(key, '')) for key in ('distortionmodel', 'cameramodel'))]
+        raw = [_Raw(parts['k'], size, *lens_of(names, parts['d'])) for parts in sides]
+        if is_whole:
+            return tuple(_camera(one, parts['r'], parts['p'], size or shape)
+                         for one, parts in zip(raw, sides))
+        made = _rectified(*raw, rotation, translation, size or shape if has_p else shape)
+        return tuple(replace(camera, p=tuple(parts['p'].ravel())) if has_p else camera
+                     for camera, parts in zip(made, sides))
+    if not has_p:
+        raise ValueError('it has neither K1, D1, K2, D2, R and T of raw cameras, or other names '
+                         'of these, nor P1 and P2, or Q, of rectified ones')
+    return _only_rectified((parts['p'] for parts in sides), size or shape)
 
 
-def _kalibr(paths, contents, shape):
+def _only_rectified(projections, shape):
+    """Return the Camera of each P, (3, 4), of a shape or None."""
+    return tuple(Camera(*(shape or (0, 0)), k=tuple(p[:, :3].ravel()), p=tuple(p.ravel()),
+                        r=UNKNOWN) for p in projections)
+
+
+def _kalibr(paths, contents, shape, images):
     content = read_yaml(contents[0])
     raw = [_of_yaml(content[name]) for name in ('cam0', 'cam1')]
     between = np.reshape(content['cam1']['T_cn_cnm1'], (4, 4))
     return _rectified(*raw, between[:3, :3], between[:3, 3], shape)
 
 
-def _euroc(paths, contents, shape):
+def _euroc(paths, contents, shape, images):
     both = [read_yaml(content) for content in contents]
     left, right = (np.reshape(np.array(one['T_BS']['data'], float), (4, 4)) for one in both)
     between = np.linalg.inv(right) @ left
@@ -186,20 +225,17 @@ def _euroc(paths, contents, shape):
 
 def _of_yaml(camera):
     """Return the _Raw of a camera of Kalibr or EuRoC."""
-    if camera['camera_model'] != 'pinhole':
-        raise ValueError(f"camera_model is {camera['camera_model']!r:.40}; allowed is pinhole")
+    lens = lens_of((camera['camera_model'], camera.get('distortion_model')), camera.get(
+        'distortion_coeffs', camera.get('distortion_coefficients')))
     fx, fy, cx, cy = map(float, camera['intrinsics'])
-    d = camera['distortion_coeffs' if 'distortion_coeffs' in camera else 'distortion_coefficients']
     columns, rows = map(int, camera['resolution'])
-    return _Raw(np.array([[fx, 0, cx], [0, fy, cy], [0, 0, 1]]),
-                np.array(d, float) if len(d) else np.zeros(5), (rows, columns),
-                MODELS[camera['distortion_model']])
+    return _Raw(np.array([[fx, 0, cx], [0, fy, cy], [0, 0, 1]]), (rows, columns), *lens)
 
 
-def _depthai(paths, contents, shape):
+def _depthai(paths, contents, shape, images):
     """Read the EEPROM of an OAK camera, as `calibration.eepromToJsonFile` writes it."""
     content = json.loads(contents[0])
-    cameras = dict(content['cameraData'])
+    cameras = {socket: dict(one) for socket, one in content['cameraData']}
     sockets = [content['stereoRectificationData'][f'{side}CameraSocket']
                for side in ('left', 'right')]
 
@@ -212,7 +248,7 @@ def _depthai(paths, contents, shape):
             socket = extrinsics['toCameraSocket']
             if socket in cameras:
                 step[:3, :3] = extrinsics['rotationMatrix']
-                step[:3, 3] = [extrinsics['translation'][axis] / CENTIMETRES for axis in 'xyz']
+                step[:3, 3] = [extrinsics['translation'][axis] for axis in 'xyz']
             whole = step @ whole
         return whole
 
@@ -220,11 +256,9 @@ def _depthai(paths, contents, shape):
     raw = []
     for socket in sockets:
         one = cameras[socket]
-        fisheye = one.get('cameraType', 0) == 1
+        lens = lens_of([DEPTHAI_LENSES[one.get('cameraType', 0)]], one['distortionCoeff'])
         raw.append(_Raw(np.array(one['intrinsicMatrix'], float),
-                        np.array(one['distortionCoeff'][:4 if fisheye else 14], float),
-                        (int(one['height']), int(one['width'])),
-                        'equidistant' if fisheye else 'rational_polynomial'))
+                        (int(one['height']), int(one['width'])), *lens))
     return _rectified(*raw, between[:3, :3], between[:3, 3], shape)
 
 
@@ -232,18 +266,21 @@ def _rectified(left, right, rotation, translation, shape):
     """
     Return the two Camera of raw ones: R and P by stereoRectify, without pixels that neither sees.
 
-    rotation (3, 3), translation, metres: from left to right camera. shape: of the images; K is
-    scaled to it where it is of a larger or smaller image of the same field of view.
+    rotation (3, 3), translation: from left to right camera. shape: of the images; K is scaled to
+    it where it is of a larger or smaller image of the same field of view.
+    Raises BadPair for lenses of two kinds.
     """
+    if (left.model == EQUIDISTANT) != (right.model == EQUIDISTANT):
+        raise BadPair('calibration', f'the lenses are {left.model} and {right.model}; a pair '
+                      'needs two fisheyes or none, or R1, R2, P1 and P2 of both')
     shape = shape or left.size
     if shape is None:
         raise ValueError('the calibration has no size of the images; it is read beside images')
     left, right = (_of_size(one, shape) for one in (left, right))
-    fisheye = left.model == 'equidistant'
+    of_opencv, alpha = (cv2.fisheye, {}) if left.model == EQUIDISTANT else (cv2, {'alpha': 0})
     arguments = (left.k, left.d, right.k, right.d, shape[::-1], np.array(rotation, float),
                  np.ravel(translation).astype(float).reshape(3, 1))
-    found = (cv2.fisheye.stereoRectify(*arguments, cv2.fisheye.CALIB_ZERO_DISPARITY) if fisheye
-             else cv2.stereoRectify(*arguments, flags=cv2.CALIB_ZERO_DISPARITY, alpha=0))
+    found = of_opencv.stereoRectify(*arguments, flags=cv2.CALIB_ZERO_DISPARITY, **alpha)
     return tuple(_camera(one, found[side], found[2 + side], shape)
                  for side, one in enumerate((left, right)))
 
@@ -262,23 +299,18 @@ def _of_size(one, shape):
 
 
 def _camera(one, rotation, projection, shape):
-    distortion = np.ravel(one.d)
-    if one.model != 'equidistant' and distortion.size not in COUNTED:
-        raise ValueError(f'a distortion has {distortion.size} numbers; allowed are '
-                         f"{', '.join(map(str, sorted(COUNTED)))}")
-    rows, columns = shape or (0, 0)
-    model = 'rational_polynomial' if distortion.size > 5 else one.model
-    return Camera(rows, columns, *(tuple(map(float, np.ravel(values))) for values in (
-        one.k, projection, rotation, distortion)), distortion_model=model)
+    model = 'rational_polynomial' if one.d.size > 5 else one.model
+    return Camera(*(shape or (0, 0)), *(tuple(map(float, np.ravel(values))) for values in (
+        one.k, projection, rotation, one.d)), distortion_model=model)
 
 
 # From the one with the surest mark to the one with the least.
 FORMATS = (
     Format('one or two YAML or JSON files of cv2.FileStorage (stereoCalibrate, stereoRectify)',
            r'\A%YAML:1\.0|opencv-(nd-)?matrix', (1, 2), _opencv),
-    Format('calib.txt of Middlebury 2014', r'^cam0\s*=|^doffs\s*=', (1,), _middlebury),
+    Format('calib.txt of Middlebury 2014', r'^cam0\s*=|^doffs\s*=', (1,), _middlebury, 'mm'),
     Format('calib.txt or calib_cam_to_cam.txt of KITTI', r'^P(_rect_0)?[0-3]:', (1,), _kitti),
-    Format("DepthAI's EEPROM as JSON", r'"cameraData"', (1,), _depthai),
+    Format("DepthAI's EEPROM as JSON", r'"cameraData"', (1,), _depthai, 'cm'),
     Format('a camchain.yaml of Kalibr', r'^cam0:', (1,), _kalibr),
     Format("the two sensor.yaml of EuRoC's left and right camera", r'^T_BS:', (2,), _euroc),
     Format('the ROS YAML of the right camera, or those of the left and the right one',

@@ -22,8 +22,9 @@ VIDEOS = '.mp4', '.avi', '.mkv', '.mov', '.webm', '.m4v'
 SIDES = 'left', 'right'
 # Folders of the two cameras in the folder of a recording: ours, EuRoC's, KITTI's.
 LAYOUTS = (('left', 'right'), ('cam0/data', 'cam1/data'), ('cam0', 'cam1'),
-           ('image_0', 'image_1'), ('image_2', 'image_3'),
-           ('image_00/data', 'image_01/data'), ('image_02/data', 'image_03/data'))
+           ('image_0', 'image_1'), ('image_2', 'image_3'), ('colored_0', 'colored_1'),
+           ('image_00/data', 'image_01/data'), ('image_02/data', 'image_03/data'),
+           ('image_00', 'image_01'), ('image_02', 'image_03'))
 
 
 class Frame:

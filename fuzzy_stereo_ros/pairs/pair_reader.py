@@ -7,6 +7,8 @@ from typing import NamedTuple
 import cv2
 from fuzzy_stereo_ros.pairs.calibration import (
     content_of, expected_size, numbers_of, read_calibration, times_binned)
+from fuzzy_stereo_ros.pairs.lenses import (
+    are_usable, coefficients_of, EQUIDISTANT, LARGEST_NUMBER, model_of)
 from fuzzy_stereo_ros.pairs.messages import read_image, stamp_of
 from fuzzy_stereo_ros.pairs.stereo_pair import (
     BadPair, Calibration, StereoPair, UNCALIBRATED, width_by_height)
@@ -14,11 +16,8 @@ import numpy as np
 
 SCALES = (1.0, 0.5, 0.25)
 SIDES = ('left', 'right')
-COEFFICIENTS = {'plumb_bob': (4, 5, 8, 12, 14), 'rational_polynomial': (4, 5, 8, 12, 14),
-                'equidistant': (4,)}        # numbers that D may have, by distortion_model
 SIZE_SHARE = 0.01       # by which ratios of sizes differ if only rounding made them
 ROTATION_TOLERANCE = 0.01   # of each element of R times its transpose
-LARGEST_NUMBER = 1e9        # absolute value in K, D and P, as products must stay finite
 RADIUS_STEPS = 1000         # samples in the search for the radius where a distortion folds back
 OFF_IMAGE = -2.0            # px; a position outside every image, for remap
 FRACTIONS = 32              # of a pixel, to which remap rounds positions
@@ -147,7 +146,7 @@ class PairReader:
 def _effect(size, expected):
     """Return what is wrong with depth and points of images of a size that is not expected."""
     down, across = (of_info / of_image for of_info, of_image in zip(expected, size))
-    if abs(down - across) > SIZE_SHARE * across:
+    if abs(down - across) > SIZE_SHARE * across or abs(across - 1) <= SIZE_SHARE:
         return ('if it is cut out, points lie beside their place: give its region of interest '
                 'in both camera_info')
     ratio, far = (across, 'far') if across > 1 else (1 / across, 'near')
@@ -202,13 +201,11 @@ def raw_positions(side, info, rows, columns):
     Raises BadPair for a K, D, R or distortion_model that does not allow rectification.
     """
     intrinsic, rotation, projection = _matrices(side, info)
-    distortion = _distortion(side, info)
-    arguments = rotation, projection, (columns, rows), cv2.CV_32FC1
-    if distortion is not None and info.distortion_model == 'equidistant':
-        x, y = cv2.fisheye.initUndistortRectifyMap(intrinsic, distortion, *arguments)
-    else:
-        x, y = cv2.initUndistortRectifyMap(intrinsic, distortion, *arguments)
-    unseen = _unseen(info.distortion_model, distortion, projection @ rotation, rows, columns)
+    model, distortion = _distortion(side, info)
+    of_opencv = cv2.fisheye if model == EQUIDISTANT else cv2
+    x, y = of_opencv.initUndistortRectifyMap(intrinsic, distortion, rotation, projection,
+                                             (columns, rows), cv2.CV_32FC1)
+    unseen = _unseen(model, distortion, projection @ rotation, rows, columns)
     x[unseen] = y[unseen] = OFF_IMAGE
     return x, y
 
@@ -222,10 +219,10 @@ def is_inside(x, y, rows, columns):
 def _matrices(side, info):
     """Return K, R and the left (3, 3) of P, after region of interest and binning."""
     k, r, p = (numbers_of(info, name) for name in 'krp')
-    if len(k) != 9 or not _are_usable(k) or min(k[0], k[4]) < 1 / LARGEST_NUMBER:
+    if len(k) != 9 or not are_usable(k) or min(k[0], k[4]) < 1 / LARGEST_NUMBER:
         raise BadPair('calibration', f'{side} camera_info: K is not of a calibrated camera; '
                       'calibrate it, or set rectify and crop to false')
-    if not _are_usable(p):
+    if not are_usable(p):
         raise BadPair('calibration',
                       f'{side} camera_info: P holds numbers above {LARGEST_NUMBER:g}; '
                       'calibrate it, or set rectify and crop to false')
@@ -242,13 +239,8 @@ def _matrices(side, info):
     return of_image @ intrinsic, rotation, of_image @ projection
 
 
-def _are_usable(values):
-    """Return whether all numbers are finite and at most `LARGEST_NUMBER`."""
-    return bool(np.all(np.abs(values) <= LARGEST_NUMBER))
-
-
 def _is_rotation(values):
-    if len(values) != 9 or not _are_usable(values):
+    if len(values) != 9 or not are_usable(values):
         return False
     matrix = np.reshape(values, (3, 3))
     return np.linalg.det(matrix) > 0 and np.allclose(
@@ -256,20 +248,14 @@ def _is_rotation(values):
 
 
 def _distortion(side, info):
-    """Return D as an array, None if there is no distortion."""
-    distortion, model = np.array(numbers_of(info, 'd')), info.distortion_model
-    if not model or not distortion.any():
-        return None
-    if model not in COEFFICIENTS:
-        raise BadPair('calibration', f'{side} camera_info: distortion_model is {model!r:.60}; '
-                      f"allowed are {', '.join(COEFFICIENTS)}; for others rectify elsewhere, "
-                      'and set rectify and crop to false')
-    allowed = COEFFICIENTS[model]
-    if distortion.size not in allowed or not _are_usable(distortion):
-        raise BadPair('calibration', f'{side} camera_info: D has {distortion.size} numbers; '
-                      f"allowed for {model} are {', '.join(map(str, allowed))} finite ones, "
-                      f'none above {LARGEST_NUMBER:g}')
-    return distortion
+    """Return the model of a lens and D; None for D of a pinhole without distortion."""
+    model, distortion = model_of([info.distortion_model]), numbers_of(info, 'd')
+    if not info.distortion_model or model != EQUIDISTANT and not any(distortion):
+        return '', None
+    try:
+        return model, coefficients_of(model, distortion)
+    except BadPair as bad:
+        raise BadPair(bad.reason, f'{side} camera_info: {bad}') from None
 
 
 def _unseen(model, distortion, projection, rows, columns):
@@ -292,7 +278,7 @@ def _unseen(model, distortion, projection, rows, columns):
 
 def _distorted(model, distortion, radius):
     """Return the distorted radius of an undistorted one, in the normalised image plane."""
-    if model == 'equidistant':
+    if model == EQUIDISTANT:
         angle = np.arctan(radius)
         return angle * (1 + np.polyval([*distortion[::-1], 0], angle**2))
     k1, k2, _, _, k3, k4, k5, k6 = np.pad(distortion, (0, 8))[:8]

@@ -9,7 +9,7 @@ import math
 from fuzzy_stereo_ros.matching import MatcherConfig, PROFILES
 from fuzzy_stereo_ros.pairs.camera_files import centred_calibration, rectified_cameras
 from fuzzy_stereo_ros.pairs.camera_formats import (
-    FORMATS, is_of_one_camera, read_calibration_files, read_cameras)
+    FORMATS, is_of_one_camera, read_calibration_files, read_cameras, UNITS, UNKNOWN)
 from fuzzy_stereo_ros.pairs.stereo_pair import Projection
 from fuzzy_stereo_ros.parameters.table import MATCHER_PARAMETERS, NODE_PARAMETERS, written
 
@@ -128,6 +128,9 @@ def add_camera_options(parser):
     group = parser.add_argument_group('the calibration, for depth and points')
     group.add_argument('--calibration', metavar='FILE', nargs='+',
                        help='; or '.join(one.name for one in FORMATS))
+    group.add_argument('--unit', choices=UNITS,
+                       help='of the lengths in --calibration; default: m, but of Middlebury mm '
+                            'and of DepthAI cm')
     group.add_argument('--focal', type=float, metavar='PX', help='focal length')
     group.add_argument('--baseline', type=float, metavar='METRES',
                        help='distance between the cameras')
@@ -142,11 +145,12 @@ class CameraOptions:
     """
     The options of the calibration; ValueError if one is not allowed, or contradicts another.
 
-    calibration: paths of calibration files. focal, offset: px. baseline: metres. principal_point:
-    of the left camera, px. None = not given.
+    calibration: paths of calibration files; unit: of their lengths. focal, offset: px.
+    baseline: metres. principal_point: of the left camera, px. None = not given.
     """
 
     calibration: tuple[str, ...] | None = None
+    unit: str | None = None
     focal: float | None = None
     baseline: float | None = None
     offset: float | None = None
@@ -165,8 +169,10 @@ class CameraOptions:
                 raise ValueError(f'--{name} is {value:g}; allowed are finite numbers')
             if value is not None and name in ABOVE_ZERO and value <= 0:
                 raise ValueError(f'--{name} is {value:g}; allowed are numbers above 0')
+        if self.unit is not None and self.calibration is None:
+            raise ValueError('--unit is that of the lengths in --calibration; give both')
         for name in self.given if self.calibration is not None else ():
-            if name != 'calibration' and not (
+            if name not in ('calibration', 'unit') and not (
                     name == 'offset' and is_of_one_camera(self.calibration)):
                 raise ValueError(f'{option_name(name)} is part of --calibration already; leave '
                                  'one of the two out')
@@ -186,7 +192,7 @@ class CameraOptions:
         """
         if self.calibration is not None:
             calibration, size = read_calibration_files(
-                self.calibration, self.offset or 0.0, shape)
+                self.calibration, self.offset or 0.0, shape, self.unit)
             if size not in (None, shape):
                 raise ValueError(f'{self.calibration[-1]} is of {size[1]}x{size[0]} pixels, but '
                                  f'the images have {shape[1]}x{shape[0]}; give the calibration of '
@@ -202,19 +208,21 @@ class CameraOptions:
             return calibration
         return replace(calibration, left=Projection(self.focal, self.focal, *self.principal_point))
 
-    def cameras(self, shape, purpose, raw=False):
+    def cameras(self, shape, purpose, raw=False, images=()):
         """
         Return the left and the right Camera, and their origin in words.
 
-        raw: whether raw images are to be rectified. Other arguments and errors: `read`.
+        raw: whether raw images are to be rectified. images: as for `read_cameras`. Other arguments
+        and errors: `read`.
         """
         files = self.calibration
-        if raw and (files is None or is_of_one_camera(files)):
+        found = files and read_cameras(files, shape, self.offset or 0.0, self.unit, images)
+        if raw and (not found or is_of_one_camera(files) or found[0].r == UNKNOWN):
             raise ValueError('--rectify and --crop need the calibration of both raw cameras: '
                              'those of a bag, or --calibration with files of both')
         calibration = self.read(shape, ABOVE_ZERO, purpose)
-        if files is not None:
-            return read_cameras(files, shape, self.offset or 0.0), ' and '.join(files)
+        if found:
+            return found, ' and '.join(files)
         return tuple(rectified_cameras(calibration, *shape).values()), (
             f'focal length {self.focal:g} px, baseline {self.baseline:g} m and the centre '
             + ('assumed in the middle of the image' if self.principal_point is None else

@@ -27,7 +27,9 @@ from fuzzy_stereo_ros.parameters.table import sync_tolerance
 
 RATED_IMAGES = 31       # images whose stamps give the rate
 TOPICS = {f'/{side}/image_rect': side for side in SIDES}       # of folders and videos
-CALIBRATIONS = ('calib.txt',), ('left.yaml', 'right.yaml')      # in the folder of a recording
+# In the folder of a recording; the last is of KITTI's drives of a day.
+CALIBRATIONS = (('calib.txt',), ('left.yaml', 'right.yaml'), ('calib_cam_to_cam.txt',),
+                ('../calib_cam_to_cam.txt',))
 
 
 class Rejection(NamedTuple):
@@ -200,7 +202,8 @@ def _calibration(options, bags, topics):
     _, first = read_stamped(next(bags.messages([topics.left])))
     shape = read_image(first).shape[:2]
     return options.cameras.cameras(shape, purpose,
-                                   options.settings['rectify'] or options.settings['crop'])
+                                   options.settings['rectify'] or options.settings['crop'],
+                                   bags.paths)
 
 
 def _time_range(options, bags):

@@ -63,6 +63,21 @@ def test_a_camera_that_is_turned_is_warned_of_with_what_to_do_until_it_is_calibr
     assert 'recalibrate' not in status_when(bench, is_ok, PAIR).message
 
 
+def test_remarks_on_the_cameras_are_in_the_log_once_and_in_the_status_until_they_are_mended(bench):
+    def in_millimetres(messages):
+        messages['right/camera_info'].p[3] *= 1000
+
+    status = status_when(bench, warns, PAIR, in_millimetres)
+    remark = 'the baseline is 120 m; if that is meant to be cm or mm'
+    assert f'; {remark}' in status.message
+    (told,) = [one.value for one in status.values if one.key == 'calibration']
+    assert told.startswith(remark)
+    bench.node.logged(remark)
+    assert bench.node.log().count(remark) == 1
+    status = status_when(bench, is_ok, PAIR)
+    assert ('calibration', 'OK') in {(one.key, one.value) for one in status.values}
+
+
 def test_swapped_and_black_images_are_warned_of_once_each_time_and_a_wall_is_not(bench):
     assert '; ' not in status_when(bench, is_ok, PAIR).message
     for times in (1, 2):

@@ -6,6 +6,8 @@ from pathlib import Path
 
 from bench.conditions import misaligned
 from fuzzy_stereo_ros.commands.command_line import main
+from fuzzy_stereo_ros.pairs.camera_files import (
+    centred_calibration, rectified_cameras, write_camera)
 from fuzzy_stereo_ros.pairs.disparity_files import write_disparity
 from fuzzy_stereo_ros.pairs.image_files import write_image
 from fuzzy_stereo_ros.synthetic.scenes import make_pair
@@ -81,6 +83,28 @@ def test_evaluate_gives_the_cause_as_a_hint_of_a_scene(told):
     words = 'evaluate', folder, '--disparities', '16', '--repeats', '1', '--matcher', 'ours'
     assert 'hint: black: the left and right images are black' in told(*words)
     assert 'are black' in told(*words, '--json')['records'][0]['hint']
+
+
+# ---- the cameras ----
+
+
+def test_a_remark_on_the_cameras_is_told_alike_by_match_replay_and_suggest(told, capsys):
+    rig = centred_calibration(300.0, 75.0, 0.0, 240, 320)
+    for side, camera in rectified_cameras(rig, 240, 320).items():
+        write_camera(f'{side}.yaml', camera, side)
+    match = match_of(*MADE[:2], '--calibration', 'left.yaml', 'right.yaml')
+    (remark,) = told(*match, '--json')['remarks']
+    assert remark.startswith('the baseline is 75 m; if that is meant to be cm or mm')
+    assert f'remark: {remark}' in told(*match).splitlines()
+    folders = 'left.png', 'right.png', '--calibration', 'left.yaml', 'right.yaml'
+    assert f'    # remark: {remark}' in told('suggest', *folders).splitlines()
+    replay = 'replay', *folders, '--disparities', str(DISPARITIES), '--overwrite', '--output'
+    assert told(*replay, 'one', '--json')['remarks'] == [remark]
+    assert main([*replay, 'two']) == 0 and remark in capsys.readouterr().err
+    assert 'remark' not in told(*match, '--unit', 'mm')
+    assert told(*replay, 'three', '--json', '--unit', 'cm')['reach'].count('baseline 0.75 m')
+    assert main(['suggest', 'left.png', 'right.png', '--unit', 'mm']) == 2
+    assert '--unit is that of the lengths in --calibration; give both' in capsys.readouterr().err
 
 
 # ---- rows ----

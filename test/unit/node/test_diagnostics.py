@@ -2,10 +2,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """What the node says about itself: status, figures, lines about losses."""
 from collections import Counter
+from dataclasses import replace
 import re
 from types import SimpleNamespace
 
 from fuzzy_stereo_ros.matching.plausibility import Finding
+from fuzzy_stereo_ros.pairs.stereo_pair import UNCALIBRATED
 from hypothesis import given, strategies
 import numpy as np
 import pytest
@@ -78,7 +80,7 @@ def test_the_status_is_the_worst_that_is_true(loading, idle, silence, rates, exp
 MISALIGNED = SimpleNamespace(advice='recalibrate: roll', figures={'row offset, tilt': '+0.10 px'})
 
 
-def published_by(misalignment, finding, idle='', silence=0):
+def published_by(misalignment, finding, idle='', silence=0, calibration=UNCALIBRATED):
     """Return the Diagnostics, the level and the sentence that it publishes."""
     published = []
     made = diagnostics.Diagnostics(SimpleNamespace(
@@ -88,6 +90,7 @@ def published_by(misalignment, finding, idle='', silence=0):
     counts = dict.fromkeys(['pairs synchronised', 'pairs matched', 'pairs dropped',
                             'pairs rejected'], 0)
     made.matched(matched(misalignment=misalignment))
+    made.calibration = calibration
     made.publish(1.0, counts, {}, '', idle, silence, finding)
     first, second = published[0].status
     assert (second.level, second.name) == (
@@ -122,6 +125,18 @@ def test_a_finding_that_warns_raises_the_level_and_another_is_told_alone(
     assert told == [getattr(diagnostics.DiagnosticStatus, level), sentence]
     assert made.values['suspected fault'] == 'swapped'
     assert made.values['row offset, measured'].startswith('not measured: too few points')
+
+
+@pytest.mark.parametrize('baseline, remarks, level, sentence', [
+    (0.1, (), 'OK', ''), (7.5, ('it is cm', 'cx is far'), 'WARN', '; it is cm; cx is far'),
+    (0.0, ('the baseline is 0 m',), 'OK', '; the baseline is 0 m')])
+def test_remarks_on_the_cameras_are_told_and_warn_where_metres_may_be_wrong(
+        baseline, remarks, level, sentence):
+    cameras = replace(UNCALIBRATED, baseline=baseline, remarks=remarks)
+    made, *told = published_by(None, None, calibration=cameras)
+    assert told == [getattr(diagnostics.DiagnosticStatus, level),
+                    f'matching 0.0 pairs/s{sentence}']
+    assert made.values['calibration'] == ('; '.join(remarks) or 'OK')
 
 
 def reported(lines):

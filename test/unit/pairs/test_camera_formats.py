@@ -1,14 +1,19 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """One raw rig, written as each program writes it, is rectified as the geometry says."""
+from functools import partial
 import json
 from pathlib import Path
+import re
 
 import cv2
 from fuzzy_stereo_ros.commands.command_line import main
 from fuzzy_stereo_ros.pairs.calibration import read_calibration
-from fuzzy_stereo_ros.pairs.camera_formats import is_of_one_camera, read_cameras
+from fuzzy_stereo_ros.pairs.camera_formats import (
+    is_of_one_camera, read_calibration_files, read_cameras, UNITS)
 from fuzzy_stereo_ros.pairs.image_files import write_image
+from fuzzy_stereo_ros.parameters.options import CameraOptions
+from hypothesis import given, HealthCheck, settings, strategies as st
 import numpy as np
 import pytest
 from real_pairs import DATA
@@ -17,12 +22,16 @@ import yaml
 SHAPE = 480, 640
 K = [np.array([[400.0 + one, 0, 320], [0, 401, 240.0 - one], [0, 0, 1]]) for one in (0, 3)]
 D = [np.array([-0.1, 0.02, 0.001, -0.002]), np.array([-0.11, 0.03, 0.0, 0.001])]
+FISHEYE = [np.array([0.02, -0.01, 0.004, -0.001]), np.array([0.03, -0.02, 0.004, 0.0])]
 R = cv2.Rodrigues(np.array([0.01, -0.02, 0.015]))[0]        # from the left to the right camera
 T = np.array([-0.12, 0.003, -0.002])
 MOVED = np.vstack([np.column_stack([R, T]), [0, 0, 0, 1]])
 RNG = np.random.default_rng(4)
 POINTS = np.column_stack([RNG.uniform(-1, 1, 40), RNG.uniform(-0.8, 0.8, 40),
                           RNG.uniform(2, 9, 40)])       # metres, before the left camera
+FOUND = cv2.stereoRectify(K[0], D[0], K[1], D[1], SHAPE[::-1], R, T[:, np.newaxis],
+                          flags=cv2.CALIB_ZERO_DISPARITY, alpha=0)
+MADE = dict(zip(('R1', 'R2', 'P1', 'P2', 'Q'), FOUND))
 
 
 def storage(path, **values):
@@ -33,21 +42,36 @@ def storage(path, **values):
     return [path]
 
 
-def opencv_one_file(folder):
-    return storage(folder / 'stereo.yml', cameraMatrix1=K[0], distCoeffs1=D[0],
-                   cameraMatrix2=K[1], distCoeffs2=D[1], R=R, T=T, image_size=SHAPE[::-1])
+def rows(d):
+    """Return D as cv2.calibrateCamera makes it; cv2.fisheye makes columns."""
+    return [one[np.newaxis] for one in d]
 
 
-def opencv_two_files(folder):
-    found = cv2.stereoRectify(K[0], D[0], K[1], D[1], SHAPE[::-1], R, T[:, np.newaxis],
-                              flags=cv2.CALIB_ZERO_DISPARITY, alpha=0)
-    return [*storage(folder / 'intrinsics.yml', M1=K[0], D1=D[0], M2=K[1], D2=D[1]),
-            *storage(folder / 'extrinsics.yml', R=R, T=T,
-                     **dict(zip(('R1', 'R2', 'P1', 'P2', 'Q'), found[:5])))]
+def opencv_one_file(folder, d=D, **more):
+    d1, d2 = rows(d)
+    return storage(folder / 'stereo.yml', cameraMatrix1=K[0], distCoeffs1=d1,
+                   cameraMatrix2=K[1], distCoeffs2=d2, R=R, T=T, image_size=SHAPE[::-1], **more)
 
 
-def opencv_json(folder):
-    return storage(folder / 'stereo.json', K_left=K[0], D_left=D[0], K_right=K[1], D_right=D[1],
+def opencv_fisheye(folder, d=FISHEYE, **more):
+    return storage(folder / 'stereo.yml', K1=K[0], D1=d[0][:, np.newaxis], K2=K[1],
+                   D2=d[1][:, np.newaxis], R=R, T=T, **(more or {'fisheye_model': 1}))
+
+
+def opencv_two_files(folder, d=D):
+    d1, d2 = rows(d)
+    return [*storage(folder / 'intrinsics.yml', M1=K[0], D1=d1, M2=K[1], D2=d2),
+            *storage(folder / 'extrinsics.yml', R=R, T=T, **MADE)]
+
+
+def opencv_without_turns(folder, d=D):
+    d1, d2 = rows(d)
+    return storage(folder / 'stereo.yml', K1=K[0], D1=d1, K2=K[1], D2=d2, R=R, T=T, Q=MADE['Q'])
+
+
+def opencv_json(folder, d=D):
+    d1, d2 = rows(d)
+    return storage(folder / 'stereo.json', K_left=K[0], D_left=d1, K_right=K[1], D_right=d2,
                    R=R, T=T)
 
 
@@ -55,29 +79,29 @@ def intrinsics(side):
     return [float(K[side][place]) for place in ((0, 0), (1, 1), (0, 2), (1, 2))]
 
 
-def kalibr(folder):
+def kalibr(folder, d=D, lens='radtan', **changes):
     path = folder / 'camchain.yaml'
     path.write_text(yaml.safe_dump({f'cam{side}': {
-        'camera_model': 'pinhole', 'intrinsics': intrinsics(side), 'distortion_model': 'radtan',
-        'distortion_coeffs': D[side].tolist(), 'resolution': [*SHAPE[::-1]],
-        **({'T_cn_cnm1': MOVED.tolist()} if side else {})} for side in (0, 1)}))
+        'camera_model': 'pinhole', 'intrinsics': intrinsics(side), 'distortion_model': lens,
+        'distortion_coeffs': d[side].tolist(), 'resolution': [*SHAPE[::-1]],
+        **({'T_cn_cnm1': MOVED.tolist()} if side else {}), **changes} for side in (0, 1)}))
     return [path]
 
 
-def euroc(folder):
+def euroc(folder, d=D, lens='radial-tangential'):
     paths = []
     for side, on_body in enumerate((np.eye(4), np.linalg.inv(MOVED))):
         content = {'T_BS': {'cols': 4, 'rows': 4, 'data': on_body.ravel().tolist()},
                    'camera_model': 'pinhole', 'intrinsics': intrinsics(side),
-                   'distortion_model': 'radial-tangential', 'resolution': SHAPE[::-1],
-                   'distortion_coefficients': D[side].tolist()}
+                   'distortion_model': lens, 'resolution': SHAPE[::-1],
+                   'distortion_coefficients': d[side].tolist()}
         paths.append(folder / f'sensor{side}.yaml')
         paths[-1].write_text('\n'.join(f'{name}: {json.dumps(value)}'
                                        for name, value in content.items()))
     return paths
 
 
-def depthai(folder):
+def depthai(folder, d=D, types=(0, 0)):
     """Write the left camera as it stands to the colour camera, and that one to the right."""
     to_colour = np.eye(4)
     to_colour[:3, 3] = 0.05, 0.001, 0
@@ -89,8 +113,9 @@ def depthai(folder):
         k[:2, 2] += 0.5 * (side is not None)
         moved = np.eye(4) if moved is None else moved
         cameras.append([socket, {
-            'cameraType': 0, 'height': rows, 'width': columns, 'intrinsicMatrix': k.tolist(),
-            'distortionCoeff': [*(D[side] if side is not None else []), *10 * [0.0]],
+            'cameraType': types[side or 0], 'height': rows, 'width': columns,
+            'intrinsicMatrix': k.tolist(),
+            'distortionCoeff': [*(d[side] if side is not None else []), *10 * [0.0]],
             'extrinsics': {'toCameraSocket': to, 'rotationMatrix': moved[:3, :3].tolist(),
                            'translation': dict(zip('xyz', (100 * moved[:3, 3]).tolist()))}}])
     path = folder / 'eeprom.json'
@@ -99,18 +124,34 @@ def depthai(folder):
     return [path]
 
 
-@pytest.mark.parametrize('write', [
-    opencv_one_file, opencv_two_files, opencv_json, kalibr, euroc, depthai])
+RAW = {'pinhole': [opencv_one_file, opencv_two_files, opencv_without_turns, opencv_json, kalibr,
+                   euroc, depthai],
+       'fisheye': [opencv_fisheye, partial(opencv_one_file, d=FISHEYE, distortion_model='Fisheye'),
+                   partial(kalibr, d=FISHEYE, lens='equidistant'),
+                   partial(euroc, d=FISHEYE, lens='equidistant'),
+                   partial(depthai, d=FISHEYE, types=(1, 1)),
+                   *(partial(write, d=[np.zeros(4)] * 2, **lens) for write, lens in (
+                       (opencv_fisheye, {}), (kalibr, {'lens': 'equi'}),
+                       (euroc, {'lens': 'equidistant'}), (depthai, {'types': (1, 1)})))]}
+
+
+@pytest.mark.parametrize('lens, write', [(lens, write) for lens in RAW for write in RAW[lens]])
 def test_points_of_a_raw_rig_come_to_the_same_row_at_the_disparity_of_their_depth(
-        tmp_path, write):
+        tmp_path, lens, write):
     cameras = read_cameras(write(tmp_path), SHAPE)
     calibration = read_calibration(*cameras)
+    of_opencv = cv2.fisheye if lens == 'fisheye' else cv2
+    d = getattr(write, 'keywords', {}).get('d', FISHEYE if lens == 'fisheye' else D)
     rectified = []
-    for camera, k, d, (rotation, translation) in zip(
-            cameras, K, D, ((np.eye(3), np.zeros(3)), (R, T))):
-        seen, _ = cv2.projectPoints(POINTS, cv2.Rodrigues(rotation)[0], translation, k, d)
+    for camera, k, one, (rotation, translation) in zip(
+            cameras, K, d, ((np.eye(3), np.zeros(3)), (R, T))):
+        vector = cv2.Rodrigues(rotation)[0]
+        seen = (cv2.fisheye.projectPoints(POINTS[np.newaxis], vector, translation, k, one)
+                if lens == 'fisheye' else
+                cv2.projectPoints(POINTS, vector, translation, k, one))[0].reshape(-1, 1, 2)
         p = np.reshape(camera.p, (3, 4))[:, :3]
-        rectified.append(cv2.undistortPoints(
+        assert (camera.distortion_model == 'equidistant') == (lens == 'fisheye')
+        rectified.append(of_opencv.undistortPoints(
             seen, np.reshape(camera.k, (3, 3)), np.array(camera.d), None,
             np.reshape(camera.r, (3, 3)), p).reshape(-1, 2))
     left, right = rectified
@@ -118,28 +159,169 @@ def test_points_of_a_raw_rig_come_to_the_same_row_at_the_disparity_of_their_dept
     assert np.abs(left[:, 1] - right[:, 1]).max() < 0.02        # undistortPoints iterates
     disparity = calibration.focal * calibration.baseline / depth + calibration.offset
     assert np.abs(left[:, 0] - right[:, 0] - disparity).max() < 0.02
-    assert calibration.baseline == pytest.approx(np.linalg.norm(T))
+    assert calibration.baseline == pytest.approx(np.linalg.norm(T)) and not calibration.remarks
     assert (cameras[0].height, cameras[0].width) == SHAPE and not is_of_one_camera(
         sorted(tmp_path.iterdir()))
 
 
-def test_kitti_has_rectified_cameras_with_a_baseline(tmp_path):
-    path = tmp_path / 'calib.txt'
-    path.write_text('P2: 707.1 0 601.9 45 0 707.1 183.1 0 0 0 1 0\n'
-                    'P3: 707.1 0 601.9 -334 0 707.1 183.1 0 0 0 1 0\n')
-    found = read_calibration(*read_cameras([path], (370, 1226)))
-    assert found.baseline == pytest.approx(379 / 707.1) and found.offset == 0
+def ros(folder, lens, d, cols=None):
+    return [written_camera(folder / f'{side}.yaml', lens, d, cols, tx)
+            for side, tx in (('left', 0), ('right', -20))]
+
+
+def written_camera(path, lens, d, cols, tx):
+    matrices = {'camera_matrix': (3, 3, np.diag([200.0, 200, 1])),
+                'distortion_coefficients': (len(d) // (cols or len(d) or 1), cols or len(d), d),
+                'rectification_matrix': (3, 3, np.eye(3)),
+                'projection_matrix': (3, 4, [200, 0, 160, tx, 0, 200, 120, 0, 0, 0, 1, 0])}
+    path.write_text(yaml.safe_dump({'image_width': 320, 'image_height': 240, **lens, **{
+        name: {'rows': rows, 'cols': cols, 'data': np.ravel(data).tolist()}
+        for name, (rows, cols, data) in matrices.items()}}))
+    return path
+
+
+FOUR = [0.02, -0.01, 0.004, -0.001]
+UNSUPPORTED = "distortion_model is '{}'; allowed are plumb_bob, rational_polynomial, equidistant"
+
+
+@pytest.mark.parametrize('write, expected', [
+    (partial(ros, lens={'camera_model': 'fisheye'}, d=FOUR), 'equidistant'),
+    (partial(ros, lens={'distortion_model': 'equidistant'}, d=[]), 'equidistant'),
+    (partial(ros, lens={'distortion_model': 'Kannala-Brandt'}, d=FOUR, cols=1), 'equidistant'),
+    (partial(ros, lens={'distortion_model': 'plumb_bob'}, d=FOUR, cols=1), 'plumb_bob'),
+    (partial(ros, lens={'camera_model': 'pinhole'}, d=FOUR), 'plumb_bob'),
+    (partial(ros, lens={}, d=FOUR), 'plumb_bob'),
+    (partial(ros, lens={}, d=FOUR, cols=1), 'D is 4 x 1'),
+    (partial(opencv_fisheye, unit='m'), 'D is 4 x 1, as cv2.fisheye makes it'),
+    (partial(opencv_fisheye, d=[np.zeros(4)] * 2, fisheye_model=0), 'D is 4 x 1'),
+    (partial(opencv_fisheye, distortion_model='plumb_bob'), 'plumb_bob'),
+    (partial(opencv_fisheye, camera_model='fisheye'), 'equidistant'),
+    (partial(opencv_fisheye, camera_model='fisheye', distortion_model='radtan'),
+     UNSUPPORTED.format('equidistant and plumb_bob')),
+    (partial(opencv_one_file, xi1=1.2, xi2=1.2), UNSUPPORTED.format('omnidir')),
+    (partial(kalibr, lens='none', d=[np.zeros(0)] * 2), 'plumb_bob'),
+    (partial(kalibr, lens='fov', d=[np.ones(1)] * 2), UNSUPPORTED.format('fov')),
+    (partial(kalibr, camera_model='omni', intrinsics=[1.3, 400.0, 400.0, 320.0, 240.0]),
+     UNSUPPORTED.format('omni')),
+    (partial(kalibr, camera_model='ds', lens='none'), UNSUPPORTED.format('ds')),
+    (partial(kalibr, lens='equidistant', d=[np.ones(3)] * 2), 'D has 3 numbers; allowed for equi'),
+    (partial(depthai, types=(2, 2)), UNSUPPORTED.format('equirectangular')),
+    (partial(depthai, types=(0, 1)), 'the lenses are plumb_bob and equidistant; a pair needs'),
+])
+def test_names_and_coefficients_tell_the_lens_or_a_sentence_says_why_not(
+        tmp_path, write, expected):
+    paths = write(tmp_path)
+    if ' ' not in expected:
+        assert {camera.distortion_model for camera in read_cameras(paths, SHAPE)} == {expected}
+        return
+    with pytest.raises(ValueError, match=re.escape(expected)) as caught:
+        read_cameras(paths, SHAPE)
+    assert str(caught.value).count('\n') == 0 and str(caught.value).count(str(paths[0])) == 1
+
+
+@pytest.mark.parametrize('names', [
+    ('P1', 'P2'), ('Q',), ('P1', 'P2', 'Q'), ('R1', 'R2', 'P1', 'P2', 'Q')])
+def test_what_is_rectified_needs_no_raw_cameras_unless_it_is_to_be_rectified(tmp_path, names):
+    values = {name: MADE[name] for name in names}
+    if 'R1' in names:
+        values.update(R=R, T=T)         # extrinsics.yml of OpenCV's sample
+    (path,) = storage(tmp_path / 'rectified.yml', **values)
+    found = read_calibration(*read_cameras([path], SHAPE))
+    known = read_calibration(*read_cameras(opencv_two_files(tmp_path), SHAPE))
+    assert (found.focal, found.baseline, found.offset, *found.left) == pytest.approx(
+        (known.focal, known.baseline, known.offset, *known.left))
+    options = CameraOptions((str(path),))
+    assert options.cameras(SHAPE, 'a test')[0] == read_cameras([path], SHAPE)
+    with pytest.raises(ValueError, match='need the calibration of both raw cameras'):
+        options.cameras(SHAPE, 'a test', raw=True)
+    (path,) = storage(tmp_path / 'too_few.yml', P1=MADE['P1'], K1=K[0], T=T)
+    with pytest.raises(ValueError, match='neither K1, D1.* nor P1 and P2, or Q, of rectified'):
+        read_cameras([path], SHAPE)
+
+
+def middlebury(folder):
+    (folder / 'calib.txt').write_text(f'cam0=[400 0 320; 0 400 240; 0 0 1]\ndoffs=0\n'
+                                      f'baseline={1000 * np.linalg.norm(T)}\n')
+    return [folder / 'calib.txt']
+
+
+@pytest.mark.parametrize('write, own', [
+    (opencv_one_file, 'm'), (opencv_two_files, 'm'), (kalibr, 'm'), (euroc, 'm'),
+    (depthai, 'cm'), (middlebury, 'mm')])
+def test_lengths_are_of_the_unit_that_is_said_or_of_the_format(tmp_path, write, own):
+    paths, known = write(tmp_path), np.linalg.norm(T)
+    baselines = {unit: read_calibration_files(paths, 0, SHAPE, unit)[0].baseline
+                 for unit in (None, *UNITS)}
+    assert baselines == pytest.approx({None: known, **{
+        unit: known * UNITS[own] / count for unit, count in UNITS.items()}})
+
+
+@settings(deadline=None, max_examples=60,
+          suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(data=st.data(), write=st.sampled_from([write for several in RAW.values()
+                                              for write in several] + [middlebury]))
+def test_any_word_of_a_file_may_be_another_one(tmp_path, data, write):
+    paths = write(tmp_path)
+    path = data.draw(st.sampled_from(paths))
+    words = list(re.finditer(r'[-+.\w]+', path.read_text()))
+    word = data.draw(st.sampled_from(words))
+    other = data.draw(st.sampled_from(
+        ['x', '-1', '0', '1e400', 'nan', '[]', '{}', 'null', '""', '[[1, 2], 3]', 'true', '']))
+    path.write_text(word.string[:word.start()] + other + word.string[word.end():])
+    try:
+        read_calibration_files(paths, 0, SHAPE)
+    except ValueError as error:
+        assert '\n' not in str(error) and type(error) is ValueError
+
+
+def test_a_fault_of_our_own_is_not_told_as_a_damaged_file(tmp_path, monkeypatch):
+    monkeypatch.delattr(cv2, 'CALIB_ZERO_DISPARITY')
+    with pytest.raises(AttributeError):
+        read_cameras(kalibr(tmp_path), SHAPE)
+
+
+# P of the cameras of KITTI's sequence 00, with the shifts between rows that real files have.
+KITTI = {0: (0, 0, 0), 1: (-386.1448, 0, 0), 2: (45.38225, -0.1130887, 0.003779761),
+         3: (-337.2877, 2.369057, 0.004915215)}
+GREY, COLOUR = 386.1448 / 718.856, (45.38225 + 337.2877) / 718.856
+
+
+def kitti(path, numbers=KITTI, name='P{}'):
+    path.write_text('calib_time: 09-Jan-2012 13:57:47\n' + ''.join(
+        f'{name.format(number)}: 718.856 0 607.1928 {KITTI[number][0]} 0 718.856 185.2157 '
+        f'{KITTI[number][1]} 0 0 1 {KITTI[number][2]}\n' for number in numbers))
+    return path
+
+
+@pytest.mark.parametrize('name', ['P{}', 'P_rect_0{}'])
+@pytest.mark.parametrize('left, right, baseline', [
+    ('00/image_0/000000.png', '00/image_1/000000.png', GREY),
+    ('00/image_2/000000.png', '00/image_3/000000.png', COLOUR),
+    ('training/image_2', 'training/image_3', COLOUR),
+    ('training/colored_0/000000_10.png', 'training/colored_1/000000_10.png', COLOUR),
+    ('drive/image_00/data', 'drive/image_01/data', GREY),
+    ('drive/image_02/data/*.png', 'drive/image_03/data/*.png', COLOUR),
+    ('image_3', 'image_2', 'left and right are swapped'),
+    ('left', 'right', GREY), ('image_2.png', 'image_3.png', GREY), ('image_2', 'right', GREY)])
+def test_the_folders_of_kitti_tell_the_cameras(tmp_path, name, left, right, baseline):
+    path = kitti(tmp_path / 'calib.txt', name=name)
+    cameras = read_cameras([path], (376, 1241), images=(tmp_path / left, tmp_path / right))
+    if isinstance(baseline, str):
+        with pytest.raises(ValueError, match=baseline):
+            read_calibration(*cameras)
+    else:
+        found = read_calibration(*cameras)
+        assert found.baseline == pytest.approx(baseline) and not found.remarks
+
+
+def test_two_cameras_of_kitti_alone_are_the_pair_and_others_are_missed(tmp_path):
+    path = kitti(tmp_path / 'calib.txt', (2, 3))
+    assert read_calibration(*read_cameras([path])).baseline == pytest.approx(COLOUR)
+    with pytest.raises(ValueError, match='calib.txt .*of KITTI: it has no .P0'):
+        read_cameras([path], images=('image_0', 'image_1'))
     if DATA.exists():
         drive = DATA / 'kitti2012_seq' / '000027' / 'calib.txt'
         assert read_calibration(*read_cameras([drive])).baseline == pytest.approx(0.537, abs=0.001)
-
-
-def test_a_file_of_opencv_with_projections_is_not_taken_for_one_of_kitti(tmp_path):
-    projections = {'P1': np.eye(3, 4) * 500, 'P2': np.eye(3, 4) * 500}
-    projections['P2'][0, 3] = -50
-    path = storage(tmp_path / 'rectified.yml', M1=K[0], M2=K[1], R1=np.eye(3), R2=np.eye(3),
-                   **projections)
-    assert read_calibration(*read_cameras(path, SHAPE)).baseline == pytest.approx(0.1)
 
 
 @pytest.fixture

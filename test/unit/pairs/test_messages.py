@@ -7,6 +7,7 @@ from types import SimpleNamespace
 import cv2
 from fuzzy_stereo_ros.pairs.calibration import read_calibration
 from fuzzy_stereo_ros.pairs.messages import ENCODINGS, fill_pixels, read_image, SEMI_PLANAR
+from fuzzy_stereo_ros.pairs.pair_reader import SIDES
 from fuzzy_stereo_ros.pairs.stereo_pair import Calibration, Projection
 from hypothesis import given, strategies as st
 from made_messages import (
@@ -275,21 +276,39 @@ def test_without_k_or_a_baseline_a_calibration_has_no_metres_and_one_remark(left
     assert 'depth and points are left out; calibrate the two cameras as a pair' in remark
 
 
-def test_a_baseline_that_is_probably_in_millimetres_is_told_with_what_it_does_to_depth():
-    calibration = read_calibration(info(), info(tx=-24000.0))
-    assert calibration.baseline == pytest.approx(120.0)
-    assert calibration.remarks == (
-        'the baseline is 120 m; if that is meant to be mm, all depths and points are 1000 times '
-        'too far: P[3] of the right camera_info is -fx * baseline in metres',)
-    assert read_calibration(info(), info(tx=-1000.0)).remarks == ()      # 5 m
+DOUBTFUL = [
+    ({}, {'tx': -24000.0}, ['the baseline is 120 m; if that is meant to be cm or mm, all depths '
+                            'and points are 100 or 1000 times too far: P[3] of the right']),
+    ({}, {'tx': -400.0}, ['the baseline is 2 m; if that is meant to be cm or mm, all depths and']),
+    ({'tx': -91.0}, {'tx': -91.0}, ['the baseline is 0 m, as P[3] of both camera_info is the sa']),
+    ({}, {'p': projection(p3=-24.0, p1=0.5, p4=-3.0, p8=-0.01, p9=2e-6, p10=0.999)},
+     ['P[1] is 0.5, P[4] is -3, P[8] is -0.01, P[9] is 2e-06, P[10] is 0.999 in the right camer']),
+    ({'p': projection(p10=2.0)}, {'tx': -24.0}, ['P[10] is 2 in the left camera_info: P of a']),
+    ({'cx': 20.0}, {'tx': -24.0}, ['the principal point 20, 40 of the left camera_info is far out'
+                                   'side the middle of 100x80 pixels: give the region']),
+    ({'roi': region(y_offset=30, height=50)}, {'tx': -24.0, 'roi': region(y_offset=30, height=50)},
+     [f'the principal point 50, 10 of the {side} camera_info is far' for side in SIDES]),
+    ({}, {'p': projection(p0=210.0, p3=-21.0, p6=42.0)}, ['fx is 200', 'cy is 40'])]
 
 
-def test_rounding_of_a_calibration_is_not_a_vertical_rig():
-    read_calibration(info(), info(p=projection(p3=-24.0, p7=-1e-14)))
+@pytest.mark.parametrize('left, right, remarks', DOUBTFUL)
+def test_a_doubtful_calibration_is_used_with_remarks(left, right, remarks):
+    calibration = read_calibration(info(**left), info(**right))
+    assert calibration.focal == info(**right).p[0]
+    assert [found[:len(remark)] for found, remark in zip(
+        calibration.remarks, remarks, strict=True)] == remarks
 
 
-def test_a_doubtful_calibration_is_used_with_remarks():
-    calibration = read_calibration(
-        info(), info(p=projection(p0=210.0, p3=-21.0, p6=42.0)))
-    assert calibration.focal == 210.0
-    assert [remark.split(' is ')[0] for remark in calibration.remarks] == ['fx', 'cy']
+@given(focal=st.floats(10, 5000), baseline=st.floats(0.001, 1.99), binning=st.sampled_from([1, 2]),
+       cx=st.floats(26, 74), cy=st.floats(21, 59), cut=st.booleans(), offset=st.floats(-1, 1),
+       rounding=st.floats(-1e-7, 1e-7), height=st.floats(-0.009, 0.009))
+def test_a_calibration_of_a_rectified_pair_gets_no_remark(
+        focal, baseline, binning, cx, cy, cut, offset, rounding, height):
+    cameras = [info(p=[focal, focal * rounding, centre, tx, 0, focal, cy, height * tx, rounding, 0,
+                       1 + rounding, 0], binning_x=binning, binning_y=binning)
+               for centre, tx in ((cx, 0), (cx - offset, -focal * baseline))]
+    if cut:         # out of a larger image
+        for one in cameras:
+            one.p[2], one.p[6] = one.p[2] + 300, one.p[6] + 200
+            one.width, one.height, one.roi = 640, 480, region(300, 200, 80, 100)
+    assert read_calibration(*cameras).remarks == ()

@@ -37,8 +37,8 @@ def test_an_image_of_another_size_than_its_camera_info_is_used_with_a_remark():
 @pytest.mark.parametrize('size, effect', [
     ((160, 200), 'depth and points are 2 times too near, as fx is of the other size: publish '
                  'the camera_info of this size'),
-    ((80, 60), 'if it is cut out, points lie beside their place: give its region of interest in '
-               'both camera_info')])
+    *((size, 'if it is cut out, points lie beside their place: give its region of interest in '
+             'both camera_info') for size in ((80, 60), (79, 100), (80, 101), (81, 101)))])
 def test_what_an_unexpected_size_does_to_depth_and_points_is_told(size, effect):
     pair = PairReader().read(image(noise(*size), 'mono8'), info(),
                              image(noise(*size), 'mono8'), info(tx=-24.0))

@@ -2,7 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """The maps of a rectification, against a plain camera and what a lens cannot show."""
 import cv2
-from fuzzy_stereo_ros.pairs.pair_reader import COEFFICIENTS, is_inside, OFF_IMAGE, raw_positions
+from fuzzy_stereo_ros.pairs.lenses import COEFFICIENTS
+from fuzzy_stereo_ros.pairs.pair_reader import is_inside, OFF_IMAGE, raw_positions
 from made_messages import info, region, rejection_of, ros_1
 import numpy as np
 import pytest
@@ -115,6 +116,29 @@ def test_a_camera_that_cannot_be_rectified_is_rejected_with_a_sentence(changes, 
     rejection = rejection_of(raw_positions, 'left', info(**changes), 80, 100)
     assert rejection.reason == 'calibration'
     assert str(rejection).startswith(sentence)
+
+
+@pytest.mark.parametrize('name', ['equidistant', 'fisheye', 'Kannala-Brandt', 'equi'])
+@pytest.mark.parametrize('d', [[], [0.0] * 4, [0.0] * 5, [0.0] * 14])
+def test_a_fisheye_without_coefficients_has_angles_proportional_to_radii(name, d):
+    """Where a pinhole shows the tangent of an angle."""
+    fisheye = info(distortion_model=name, d=d, p=[60.0, 0, 50, 0, 0, 60, 40, 0, 0, 0, 1, 0])
+    down, across = np.mgrid[:80, :100]
+    x, y = (across - 50) / 60, (down - 40) / 60
+    radius = np.maximum(np.hypot(x, y), 1e-12)
+    ratio = 200 * np.arctan(radius) / radius
+    np.testing.assert_allclose(places_of(fisheye, 80, 100), [50 + ratio * x, 40 + ratio * y],
+                               rtol=0, atol=1e-3)
+
+
+@EACH_LENS
+def test_other_names_and_zeros_behind_the_coefficients_are_the_same_lens(model):
+    camera, names = CAMERAS['left'], {
+        'equidistant': 'Fisheye', 'plumb_bob': 'radial-tangential', '': '',
+        'rational_polynomial': 'rational_polynomial'}
+    same = RawCamera(model, camera.turn).info(distortion_model=names[model])
+    same.d = same.d + [0.0] * (5 - len(same.d) if model == 'equidistant' else 0)
+    np.testing.assert_array_equal(places_of(same), places_of(RawCamera(model, camera.turn).info()))
 
 
 @pytest.mark.parametrize('model, count', [

@@ -7,6 +7,7 @@ import sys
 import cv2
 from fuzzy_stereo_ros.commands.command_line import main
 from fuzzy_stereo_ros.matching.match import Camera
+from fuzzy_stereo_ros.pairs.disparity_files import read_disparity
 from fuzzy_stereo_ros.pairs.frames import Frames
 from fuzzy_stereo_ros.pairs.image_files import write_image
 from made_bags import COLUMNS, content, disparities, ROWS, scene
@@ -109,6 +110,35 @@ def test_a_calibration_reaches_the_matcher(folder, capsys):
     camera = Camera(200.0, 200.0, (COLUMNS - 1) / 2, (ROWS - 1) / 2, 0.0)
     expected = matches(scene(), [number * STEP for number in range(6)], camera=camera)
     np.testing.assert_array_equal(maps(folder / 'out')[-1], expected[-1].disparity)
+
+
+@pytest.mark.parametrize('inputs, left, right, calibration, baseline', [
+    (['00'], '00/image_0', '00/image_1', '00/calib.txt', 0.5),
+    (['00'], '00/image_2', '00/image_3', '00/calib.txt', 0.4),
+    (['day/drive'], 'day/drive/image_02/data', 'day/drive/image_03/data',
+     'day/calib_cam_to_cam.txt', 0.4),
+    (['training'], 'training/colored_0', 'training/colored_1', 'training/calib_cam_to_cam.txt',
+     0.4)])
+def test_folders_of_kitti_get_their_own_cameras(
+        folder, capsys, inputs, left, right, calibration, baseline):
+    for old, new in (('left', left), ('right', right)):
+        (folder / new).parent.mkdir(parents=True, exist_ok=True)
+        (folder / old).rename(folder / new)
+    (folder / calibration).write_text(''.join(
+        f'P{"_rect_0" * ("cam" in calibration)}{number}: 200 0 60 {tx} 0 200 30 0 0 0 1 0\n'
+        for number, tx in enumerate((0, -100, 20, -60))))
+    found = figures(capsys, *inputs, options=['--format', 'none', '--files', 'npy'])
+    assert found['calibration'].endswith(calibration.split('/')[-1])
+    stored = json.loads((folder / 'out' / 'calibration.json').read_text())
+    assert stored['baseline'] == pytest.approx(baseline)
+    single = [next((folder / side).iterdir()) for side in (left, right)]
+    words = ['match', *map(str, single), '--calibration', str(folder / calibration), '--output',
+             'one.pfm', '--depth', 'one.npy', '--disparities', '16']
+    assert main(words) == 0
+    shift = np.asarray(read_disparity(folder / 'one.pfm'))
+    depth = np.load(folder / 'one.npy')
+    valid = np.isfinite(depth)
+    np.testing.assert_allclose(depth[valid] * shift[valid], 200 * baseline, rtol=1e-4)
 
 
 @pytest.mark.parametrize('names, rate, stamps', [
