@@ -235,7 +235,7 @@ def _of_yaml(camera):
 def _depthai(paths, contents, shape, images):
     """Read the EEPROM of an OAK camera, as `calibration.eepromToJsonFile` writes it."""
     content = json.loads(contents[0])
-    cameras = {socket: dict(one) for socket, one in content['cameraData']}
+    cameras = dict(content['cameraData'])
     sockets = [content['stereoRectificationData'][f'{side}CameraSocket']
                for side in ('left', 'right')]
 

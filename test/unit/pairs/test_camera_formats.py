@@ -30,7 +30,7 @@ RNG = np.random.default_rng(4)
 POINTS = np.column_stack([RNG.uniform(-1, 1, 40), RNG.uniform(-0.8, 0.8, 40),
                           RNG.uniform(2, 9, 40)])       # metres, before the left camera
 FOUND = cv2.stereoRectify(K[0], D[0], K[1], D[1], SHAPE[::-1], R, T[:, np.newaxis],
-                          flags=cv2.CALIB_ZERO_DISPARITY, alpha=0)
+                          flags=0, alpha=0.5)       # with an offset
 MADE = dict(zip(('R1', 'R2', 'P1', 'P2', 'Q'), FOUND))
 
 
@@ -160,6 +160,8 @@ def test_points_of_a_raw_rig_come_to_the_same_row_at_the_disparity_of_their_dept
     disparity = calibration.focal * calibration.baseline / depth + calibration.offset
     assert np.abs(left[:, 0] - right[:, 0] - disparity).max() < 0.02
     assert calibration.baseline == pytest.approx(np.linalg.norm(T)) and not calibration.remarks
+    assert (calibration.focal == pytest.approx(MADE['P1'][0, 0])) == (
+        write in (opencv_two_files, opencv_without_turns))
     assert (cameras[0].height, cameras[0].width) == SHAPE and not is_of_one_camera(
         sorted(tmp_path.iterdir()))
 
