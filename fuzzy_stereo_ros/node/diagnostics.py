@@ -13,11 +13,11 @@ import numpy as np
 
 LOADING = 'loading the kernels'
 GLANCE, DETAILS = 'stereo matching', 'stereo matching, details'     # names of the two statuses
-RECTIFICATION, CALIBRATION = 'rectification', 'calibration'
+RECTIFICATION = 'rectification'
 # Keys of the first status, in its order; all others are in the second.
 AT_A_GLANCE = ('input rate', 'output rate', 'latency, median', 'latency, 95th percentile',
                'pairs dropped', 'pairs rejected', 'valid share', 'mean confidence', RECTIFICATION,
-               CALIBRATION, 'suspected fault')
+               'suspected fault')
 RECENT = 200    # newest pairs, of which medians and percentiles are computed
 # Why messages are lost or what to do, by the start of their keys in `counts_of`.
 LOSSES = {
@@ -85,10 +85,9 @@ class Diagnostics:
         if finding and not idle:
             level = 'WARN' if level == 'OK' and finding.warns else level
             sentence += f'; {finding.sentence}'
-        calibration = self.calibration
-        if calibration.remarks and not idle:
-            level = 'WARN' if level == 'OK' and calibration.baseline else level
-            sentence = '; '.join((sentence, *calibration.remarks))
+        remarks = () if idle else self.calibration.remarks
+        level = 'WARN' if level == 'OK' and remarks and self.calibration.baseline else level
+        sentence = '; '.join((sentence, *remarks))
         misalignment = self.misalignment
         if misalignment and misalignment.advice and not idle:
             level = 'WARN' if level == 'OK' else level
@@ -103,7 +102,7 @@ class Diagnostics:
         if self._match:
             self.values[RECTIFICATION] = (
                 misalignment.advice or 'OK') if misalignment else NOT_MEASURED
-            self.values[CALIBRATION] = '; '.join(calibration.remarks) or 'OK'
+            self.values['calibration'] = '; '.join(remarks) or 'OK'
         details = [key for key in self.values if key not in AT_A_GLANCE]
         message = DiagnosticArray(status=[
             self._status(GLANCE, level, sentence, AT_A_GLANCE),

@@ -22,7 +22,7 @@ LENGTHS = 1e-9, 1e9     # of focal lengths in px, and of the baseline in metres
 LONG_BASELINE = 2.0     # m; from here on it is probably given in centimetres or millimetres
 RECTIFIED = {1: 0, 4: 0, 8: 0, 9: 0, 10: 1}     # elements of P of every rectified camera
 ROUNDING = 1e-6         # of these, of those in px as a share of fx
-MIDDLE = 0.25           # share of an image's side; principal points lie that far inside
+MIDDLE = 0.25           # share of an image's side; principal points lie this near to the middle
 
 
 @dataclass(frozen=True)
@@ -175,8 +175,7 @@ def _remarks(left, right, baseline):
                '-fx * baseline in metres (of a file: see --unit)')
     for side, camera in both:
         rows, columns = camera.size or (0, 0)
-        if not all(MIDDLE * length <= centre <= (1 - MIDDLE) * length for centre, length in (
-                (camera.cx, columns), (camera.cy, rows)) if length):
+        if rows and max(abs(camera.cx / columns - 0.5), abs(camera.cy / rows - 0.5)) > MIDDLE:
             yield (f'the principal point {camera.cx:g}, {camera.cy:g} of the {side} camera_info '
                    f'is far outside the middle of {columns}x{rows} pixels: give the region of '
                    'interest of images that are cut out, and the calibration of their size')

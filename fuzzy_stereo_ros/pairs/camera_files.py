@@ -78,11 +78,10 @@ def read_camera(path):
             if columns is not None and len(matrices[letter]) != rows * columns:
                 raise ValueError(f'{title} has {len(matrices[letter])} numbers; needed are '
                                  f'{rows * columns}')
-        distortion = content['distortion_coefficients']
+        shape = tuple(map(content['distortion_coefficients'].get, ('rows', 'cols')))
+        names = map(content.get, ('distortion_model', 'camera_model'))
         return Camera(int(content['image_height']), int(content['image_width']), **matrices,
-                      distortion_model=model_of(
-                          map(content.get, ('distortion_model', 'camera_model')),
-                          (distortion.get('rows'), distortion.get('cols'))))
+                      distortion_model=model_of(names, shape))
     except (ValueError, TypeError, KeyError, OverflowError) as error:
         reason = f'it has no {error}' if isinstance(error, KeyError) else ' '.join(
             str(error).split())

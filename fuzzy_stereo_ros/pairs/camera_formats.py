@@ -17,7 +17,8 @@ from typing import NamedTuple
 
 import cv2
 from fuzzy_stereo_ros.pairs.calibration import expected_size, read_calibration
-from fuzzy_stereo_ros.pairs.camera_files import Camera, read_camera, read_yaml, rectified_cameras
+from fuzzy_stereo_ros.pairs.camera_files import (
+    Camera, centred_calibration, read_camera, read_yaml, rectified_cameras)
 from fuzzy_stereo_ros.pairs.image_files import read_bytes
 from fuzzy_stereo_ros.pairs.lenses import EQUIDISTANT, lens_of
 from fuzzy_stereo_ros.pairs.stereo_pair import BadPair, Calibration, Projection
@@ -267,8 +268,8 @@ def _rectified(left, right, rotation, translation, shape):
     Return the two Camera of raw ones: R and P by stereoRectify, without pixels that neither sees.
 
     rotation (3, 3), translation: from left to right camera. shape: of the images; K is scaled to
-    it where it is of a larger or smaller image of the same field of view.
-    Raises BadPair for lenses of two kinds.
+    it where it is of a larger or smaller image of the same field of view. Fisheyes keep the focal
+    length of the left one. Raises BadPair for lenses of two kinds.
     """
     if (left.model == EQUIDISTANT) != (right.model == EQUIDISTANT):
         raise BadPair('calibration', f'the lenses are {left.model} and {right.model}; a pair '
@@ -277,10 +278,14 @@ def _rectified(left, right, rotation, translation, shape):
     if shape is None:
         raise ValueError('the calibration has no size of the images; it is read beside images')
     left, right = (_of_size(one, shape) for one in (left, right))
-    of_opencv, alpha = (cv2.fisheye, {}) if left.model == EQUIDISTANT else (cv2, {'alpha': 0})
-    arguments = (left.k, left.d, right.k, right.d, shape[::-1], np.array(rotation, float),
-                 np.ravel(translation).astype(float).reshape(3, 1))
-    found = of_opencv.stereoRectify(*arguments, flags=cv2.CALIB_ZERO_DISPARITY, **alpha)
+    moved = np.array(translation, float).reshape(3, 1)
+    arguments = left.k, left.d, right.k, right.d, shape[::-1], np.array(rotation, float), moved
+    if left.model == EQUIDISTANT:   # OpenCV's P shrinks the middle, until all of a wide lens fits
+        turns = cv2.fisheye.stereoRectify(*arguments, flags=cv2.CALIB_ZERO_DISPARITY)[:2]
+        made = centred_calibration(left.k[0, 0], -(turns[1] @ moved).item(0), 0.0, *shape)
+        found = *turns, *(one.p for one in rectified_cameras(made, *shape).values())
+    else:
+        found = cv2.stereoRectify(*arguments, flags=cv2.CALIB_ZERO_DISPARITY, alpha=0)
     return tuple(_camera(one, found[side], found[2 + side], shape)
                  for side, one in enumerate((left, right)))
 

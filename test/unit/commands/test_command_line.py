@@ -348,8 +348,9 @@ def test_a_saved_pair_is_matched_to_the_same_bits(report, capsys):
     told = capsys.readouterr().out.splitlines()
     assert told[0].startswith('report: 100x60 pixels of the left image')
     assert told[1].endswith('parameters as saved, without compile time)')
-    assert told[2].startswith('row offset: not measured')
-    assert told[3:] == ['the same as saved, bit for bit']
+    assert told[2] == 'remark: fx is 501 in the left and 500.25 in the right camera_info'
+    assert told[3].startswith('row offset: not measured')
+    assert told[4:] == ['the same as saved, bit for bit']
     assert os.listdir() == ['report']
 
 
@@ -373,7 +374,7 @@ def test_a_difference_is_counted_and_measured_and_ends_with_code_1(report, capsy
     assert found['differences']['disparity'] == {'pixels': 3, 'largest': 2.25, 'valid_in_one': 1}
     assert found['differences']['confidence'] == {'pixels': 1, 'largest': 2.0, 'valid_in_one': 0}
     assert main(['match', '--saved', 'report']) == 1
-    assert capsys.readouterr().out.splitlines()[3:] == [
+    assert capsys.readouterr().out.splitlines()[4:] == [
         'not the same as saved: disparity differs in 3 pixels (by 2.25 at most, 1 valid in '
         'only one of the two), confidence differs in 1 pixels (by 2 at most, 0 valid in only '
         'one of the two)']

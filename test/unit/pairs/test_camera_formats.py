@@ -160,6 +160,8 @@ def test_points_of_a_raw_rig_come_to_the_same_row_at_the_disparity_of_their_dept
     disparity = calibration.focal * calibration.baseline / depth + calibration.offset
     assert np.abs(left[:, 0] - right[:, 0] - disparity).max() < 0.02
     assert calibration.baseline == pytest.approx(np.linalg.norm(T)) and not calibration.remarks
+    if lens == 'fisheye':
+        assert calibration.left == (400, 400, 319.5, 239.5)     # the middle stays as large
     assert (calibration.focal == pytest.approx(MADE['P1'][0, 0])) == (
         write in (opencv_two_files, opencv_without_turns))
     assert (cameras[0].height, cameras[0].width) == SHAPE and not is_of_one_camera(
