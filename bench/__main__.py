@@ -9,6 +9,7 @@ import sys
 
 from bench import ablation, accuracy, conditions, drift, paper_tables, speed, truth, tuning, warm
 from bench.datasets import data_folder
+from bench.draws import Drawn, DRAWS, QUICK_DRAWS
 from bench.page import check_page, write_section
 from bench.request import Request
 from fuzzy_stereo_ros.commands.parts import for_json
@@ -60,8 +61,8 @@ def _parser():
                         help='frames of each matcher that are timed (speed); '
                              f'default: {REPEATS}, with --quick {QUICK_REPEATS}')
     parser.add_argument('--quick', action='store_true',
-                        help='small synthetic scenes and few runs, to see that everything runs: '
-                             'the figures then mean nothing')
+                        help='small synthetic scenes, few runs and draws of noise, to see that '
+                             'everything runs: the figures then mean nothing')
     parser.add_argument('--output', metavar='FILE.md',
                         help='also write each benchmark into its section of this page')
     parser.add_argument('--json', action='store_true', help='print JSON instead of Markdown')
@@ -82,12 +83,15 @@ def run(arguments):
     request = Request(
         matcher_named(OURS, arguments.profile, matcher_changes(arguments)),
         data_folder(arguments.data), arguments.only, repeats,
-        partial(follow, stream=sys.stderr), arguments.quick)
+        partial(follow, stream=sys.stderr), arguments.quick,
+        QUICK_DRAWS if arguments.quick else DRAWS)
     request.scenes()        # bad input is found before the first benchmark
     reports = []
     for name in SUITES if ALL in arguments.names else dict.fromkeys(arguments.names):
         report = SUITES[name].run(request)
-        reports.append(for_json(asdict(replace(report, pictures={}))))
+        reports.append(for_json(asdict(replace(report, pictures={}, tables=[replace(
+            table, rows=[[[one, one.worst] if isinstance(one, Drawn) else one for one in row]
+                         for row in table.rows]) for table in report.tables]))))
         if not arguments.json:
             print(markdown(report), flush=True)
         if arguments.output is not None:

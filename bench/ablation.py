@@ -5,17 +5,19 @@ Ablation: each profile as it is, and with parts removed or replaced, on scenes a
 
 All fitness values are measured by the matcher as it is, so that they compare.
 """
+from dataclasses import replace
 from functools import partial
 from typing import NamedTuple
 
 from bench.conditions import under_condition
-from bench.datasets import NOISES, window
+from bench.datasets import NOISES
+from bench.draws import by_draw, in_words, means_over_draws, over_draws
 from bench.page import BLUE, column, figure_of, GREY, LIGHT_BLUE, ORANGE, titled
-from bench.request import figures_of_sequence, halved, means, report_of
-from bench.scoring import bad_percent, REFERENCE, ScoredSequence
+from bench.request import counted, figures_of_sequence, halved, means, report_of
+from bench.scoring import bad_percent, REFERENCE
 from bench.truth import correlation_table, genes_of, truth_beside_result
 from bench.variants import DEFAULT, NOT_FOLLOWED, PAPER, QUALITY, REALTIME
-from bench.warm import FRAMES, KINDS, QUICK_FRAMES, walks
+from bench.warm import FRAMES, QUICK_FRAMES, walks
 from fuzzy_stereo_ros.evaluation.baselines import dense, grey
 from fuzzy_stereo_ros.evaluation.catalogue import Scene
 from fuzzy_stereo_ros.evaluation.report import mean, Table
@@ -50,30 +52,29 @@ class Evolution(NamedTuple):
     """
     A scene for the ablation of a profile that takes seconds, seen for so many frames.
 
-    condition: one of bench.conditions, '' = as it is
+    condition: one of bench.conditions, '' = as it is. noise: whether it is random.
     """
 
     profile: str
     scene: Scene
     frames: int = 1
     condition: str = ''
+    noise: bool = False
 
 
 def run(request):
     """Return the `Report` of the contribution of each part of each profile."""
     scenes, skipped = request.scenes()
     sequences, missing = request.sequences(scenes)
-    sequences = [*(one for one in sequences if len(one.scored)),
-                 *still_sequences(request, scenes)]
+    sequences = [*(one for one in sequences if len(one.scored)), *(
+        replace(one, group=STILL) for one in walks(scenes, request.quick, [STILL]))]
     trials, harder, points, truths = (
         pd.DataFrame([row for rows in parts for row in rows]) for parts in zip(*request.each(
-            scenes, 'scenes', lambda scene: on_scene(scene, request))))
-    moving, evolved, lived = (
-        pd.DataFrame([row for rows in request.each(items, title, work) for row in rows])
-        for items, title, work in (
-            (sequences, 'sequences', lambda one: on_sequence(one, request)),
-            (evolutions(scenes, request.quick), 'evolutions', evolve),
-            (lives(scenes, request.quick), 'over frames', live)))
+            scenes, 'scenes', lambda scene: on_scene(scene, request.ours))))
+    moving, evolved, lived = request.drawn(
+        (sequences, 'sequences', partial(on_sequence, request.ours)),
+        (evolutions(scenes, request.quick), 'evolutions', evolve),
+        (lives(scenes, request.quick), 'over frames', live), timed=True)
     found = [balance_table(pd.concat([
         of_parts(trials, harder, moving).assign(profile='realtime'),
         evolved, lived]))]
@@ -88,9 +89,10 @@ def run(request):
                  'cameras see) or 3 px (KITTI; all with truth); after the same refinement',
         'fitness': 'of the best chromosome before refinement, by the fitness of the matcher as it '
                    'is, measured everywhere; 1 would be fully possible and smooth',
-        'time': f'all variants in turns; scenes: minimum of {TURNS}; sequences: median of the '
-                'frames after the first; the replaced possibility is written to compare, not to '
-                'be fast: no times of it',
+        **in_words(request.draws),
+        'time': f'all variants in turns, without noise; scenes: minimum of {TURNS}; sequences: '
+                'median of the frames after the first; the replaced possibility is written to '
+                'compare, not to be fast: no times of it',
         'sequences': f'those of the benchmark `warm`, scored as there; {STILL}: frame '
                      f'{FRAMES[-1]}, of the others the frame that is named',
         'earns': f'how much of the error without it a part takes away; {EARNS:.0f} % earns its '
@@ -99,15 +101,15 @@ def run(request):
         {'ablation.svg': draw_ablation})
 
 
-def on_scene(scene, request):
+def on_scene(scene, ours):
     """
     Return the figures of the variants and of a baseline on a scene: four lists of dicts.
 
     Error, fitness and milliseconds of each variant; what `on_harder_pictures` returns; fitness and
     error of all different chromosomes of the evolutions; the figures of `truth_beside_result`.
     """
-    pair, named = scene.read(), {'group': scene.group, 'scene': scene.path}
-    matchers = _matchers(request, scene, [one for one in REALTIME if one.still])
+    pair, named = scene.read(), {'group': scene.group, 'scene': scene.path, 'draw': 0}
+    matchers = _matchers(ours, scene, [one for one in REALTIME if one.still])
     seen, matches = {}, {name: [] for name in matchers}
 
     def observe(_, population):
@@ -132,20 +134,20 @@ def on_scene(scene, request):
         disparity, default)), 'error': bad_percent(disparity, pair, scene.limit)})
     points = [{'scene': scene.path, 'fitness': fitness_of(genes), 'error': bad_percent(
         genes.astype(np.float32), pair, scene.limit)} for genes in seen.values()]
-    return (trials, on_harder_pictures(request, scene, pair), points,
+    return (trials, on_harder_pictures(ours, scene, pair), points,
             [{'scene': scene.path, **truth_beside_result(scene, pair, default)}])
 
 
-def on_harder_pictures(request, scene, known):
-    """Return dicts of variants without a part in harder pictures: scene, on, name, error."""
+def on_harder_pictures(ours, scene, known):
+    """Return dicts of variants without a part in harder pictures: scene, draw, on, name, error."""
     chosen = [one for one in REALTIME if one.still and (one.part or one == DEFAULT)]
     blocks = under_condition(known, COMPRESSED)
     found = []
     for what, images in (('grey', (grey(known.left), grey(known.right))),
                          (COMPRESSED, (blocks.left, blocks.right))):
-        found += [{'scene': scene.path, 'on': on_single(what), 'name': name, 'error': bad_percent(
-            matcher.match(*images).disparity, known, scene.limit)}
-            for name, matcher in _matchers(request, scene, chosen).items()]
+        found += [{'scene': scene.path, 'draw': 0, 'on': on_single(what), 'name': name,
+                   'error': bad_percent(matcher.match(*images).disparity, known, scene.limit)}
+                  for name, matcher in _matchers(ours, scene, chosen).items()]
     return found
 
 
@@ -154,10 +156,10 @@ def on_single(condition):
     return ', '.join(filter(None, (SINGLE, condition)))
 
 
-def on_sequence(sequence, request):
+def on_sequence(ours, sequence, draw):
     """Return a dict for each variant: kind, scene, name, error, flicker, fitness, milliseconds."""
-    frames = sequence.read()
-    matchers = _matchers(request, sequence, [one for one in REALTIME if one.moving])
+    frames = sequence.drawn(draw)
+    matchers = _matchers(ours, sequence, [one for one in REALTIME if one.moving])
     matches, fitness = ({name: [] for name in matchers} for _ in range(2))
     for pair in frames:
         for name, matcher in matchers.items():
@@ -169,17 +171,9 @@ def on_sequence(sequence, request):
     return [{'kind': sequence.group.split(', pan')[0], 'scene': sequence.path, 'name': name,
              **figures_of_sequence(sequence, frames, [match.disparity for match in several]),
              'fitness': mean(fitness[name][number] for number in scored),
-             'milliseconds': float(np.median([match.times['total'] for match in several[1:]]))}
+             'milliseconds': None if sequence.noise else float(np.median(
+                 [match.times['total'] for match in several[1:]]))}
             for name, several in matches.items()]
-
-
-def still_sequences(request, scenes):
-    """Return a still `ScoredSequence` of each scene, of which only the last frame is scored."""
-    frames = (QUICK_FRAMES if request.quick else FRAMES)[-1]
-    return [ScoredSequence(STILL, one.scene.name, one.scene.family, one.scene.disparities,
-                           partial(window, one.scene, *KINDS[STILL], frames),
-                           scored=range(frames - 1, frames))
-            for one in walks(request, scenes, [STILL])]
 
 
 def evolutions(scenes, quick):
@@ -194,43 +188,45 @@ def evolutions(scenes, quick):
     if quick or not shown:
         noised = shown = classic = scenes[:1]
     return [*(Evolution('quality', scene) for scene in shown),
-            *(Evolution('quality', scene, condition=NOISED) for scene in noised),
+            *(Evolution('quality', scene, condition=NOISED, noise=True) for scene in noised),
             *(Evolution('paper', scene) for scene in classic)]
 
 
-def evolve(one):
+def evolve(one, draw):
     """
     Return a dict for each variant.
 
-    profile, scene, condition, on, name, error, fitness, milliseconds
+    profile, group, scene, condition, on, name, error, fitness, milliseconds: None with noise
     """
     found, scene, pair = [], one.scene, one.scene.read()
-    pair = under_condition(pair, one.condition) if one.condition else pair
+    pair = under_condition(pair, one.condition, draw) if one.condition else pair
     for variant in (variant for variant in PROFILES[one.profile] if variant.still):
         matcher = variant.matcher(one.profile, scene.disparities)
         matcher.warm_up(*pair.left.shape[:2])
         match = matcher.match(pair.left, pair.right)
         population = matcher.algorithm.population
-        found.append({'profile': one.profile, 'scene': scene.path, 'name': variant.name,
-                      'condition': one.condition, 'on': on_single(one.condition),
+        found.append({'profile': one.profile, 'group': scene.group, 'scene': scene.path,
+                      'name': variant.name, 'condition': one.condition,
+                      'on': on_single(one.condition),
                       'error': bad_percent(match.disparity, pair, scene.limit),
                       'fitness': float(population.fitness[population.best]),
-                      'milliseconds': match.times['total']})
+                      'milliseconds': None if one.noise else match.times['total']})
     return found
 
 
 def lives(scenes, quick):
     """Return an `Evolution` over frames for each scene of each profile of LIVED."""
-    return [Evolution(profile, scene, QUICK_FRAMES[-1] if quick else frames)
+    return [Evolution(profile, scene, QUICK_FRAMES[-1] if quick else frames, noise=True)
             for profile, (_, frames, paths) in LIVED.items()
             for scene in (scenes[:1] if quick else scenes) if quick or scene.path in paths]
 
 
-def live(one):
+def live(one, draw):
     """Return a dict for each variant over frames: profile, scene, name, error, on."""
     name, scene = LIVED[one.profile][0], one.scene
     on = f'{name}: {STILL}, frame {one.frames}'
-    frames, found = window(scene, *KINDS[STILL], one.frames), []
+    (walk,), found = walks([scene], False, [STILL], one.frames), []
+    frames = walk.drawn(draw)
     for variant in (DEFAULT, *(one for one in PROFILES[one.profile] if not one.still)):
         matcher = variant.matcher(name, scene.disparities, {'warm_start': True})
         for pair in frames:
@@ -254,28 +250,29 @@ def of_parts(trials, harder, moving):
     return pd.concat(parts)
 
 
-def _matchers(request, subject, variants):
+def _matchers(ours, subject, variants):
     """Return {name of a variant: its `StereoMatcher`} for a scene or a sequence."""
-    ours = request.ours
     return {one.name: one.matcher(ours.profile, subject.disparities, ours.changes)
             for one in variants}
 
 
 def balance_table(found):
-    """Return the table of what parts earn; found: DataFrame of profile, on, scene, name, error."""
+    """Return the table of what parts earn, of a DataFrame of errors on scenes and draws."""
     rows = []
     for profile, variants in PROFILES.items():
         errors = found[found.profile == profile].pivot(
-            index=['on', 'scene'], columns='name', values='error')
+            index=['on', 'scene', 'draw'], columns='name', values='error')
         for part in PARTS:
             chosen = [variant.name for variant in variants if variant.part == part]
             for name in (name for name in chosen if name in errors):
                 both = errors[[DEFAULT.name, name]].dropna()
                 for measured_on, figures in both.groupby('on', sort=False):
-                    with_it, without = map(float, figures.mean())
+                    each = figures.groupby('draw').mean().T
+                    earned = (100 - 100 * each[:1] / each.loc[name]).fillna(0)
                     rows.append((
-                        profile, part, name, measured_on, len(figures), with_it, without, SIGNED(
-                            100 * (without - with_it) / without if without else 0.0)))
+                        profile, part, name, measured_on,
+                        figures.index.get_level_values('scene').nunique(), *over_draws(each),
+                        SIGNED(over_draws(earned, 'min').iloc[0])))
             if not chosen:
                 rows.append((profile, part, 'one chromosome: none to take away', *5 * [None]))
     return Table('What each part of each profile earns', (
@@ -285,13 +282,15 @@ def balance_table(found):
 
 def evolution_table(profile, condition, found):
     """Return the table of errors, times and fitness; found: DataFrame of `evolve`."""
-    table = found.pivot(index='name', columns='scene', values='error').loc[
-        found.name.unique(), found.scene.unique()].rename(
-            columns=lambda path: path.partition('/')[2])
-    means = found.groupby('name')[['fitness', 'milliseconds']].mean()
-    table['mean'] = table.mean(axis=1)
-    table['than as it is'] = compared(table['mean'] - table['mean'][DEFAULT.name])
-    table['seconds'] = means.milliseconds / 1000
+    named = counted(found) if condition else found.assign(
+        group=found.scene.str.partition('/')[2])
+    table = means_over_draws(named, ['name', 'group'], ['error'])['error'].unstack(
+        'group', sort=False)
+    each, means = by_draw(found, ['name'], 'error'), found.groupby('name')[
+        ['fitness', 'milliseconds']].mean()
+    table['mean'], table['than as it is'] = over_draws(each), compared(each)
+    if not condition:
+        table['seconds'] = means.milliseconds / 1000
     table['fitness of its best'] = means.fitness.map('{:.4f}'.format)
     return Table.of(
         f"{', '.join(filter(None, (profile, condition)))}: error in percent", table,
@@ -305,7 +304,7 @@ def scene_tables(trials):
     every = trials.pivot(index='name', columns='scene', values='error').loc[names]
     more = every - every.loc[DEFAULT.name]
     errors['mean of groups'] = errors.mean(axis=1)
-    errors['than as it is'] = compared(more.mean(axis=1))
+    errors['than as it is'] = compared(by_draw(trials, ['name'], 'error'))
     for heading, which in (('worse on', more > NOTABLE), ('better on', more < -NOTABLE)):
         errors[heading] = which.sum(axis=1).astype(object).mask(errors.index == DEFAULT.name, None)
     made = [Table.of('Scenes: mean error of the groups in percent', errors,
@@ -328,15 +327,18 @@ def sequence_tables(trials):
     """Return the tables of sequences, a column per kind; trials: DataFrame."""
     counts = trials.groupby('kind', sort=False).scene.nunique()
     names = trials.name.unique()
-    errors, flickers = (trials.groupby(['name', 'kind'])[figure].mean().unstack().loc[
-        names, counts.index].rename(columns=lambda kind: f'{kind} ({counts[kind]})')
+    errors, flickers = (
+        means_over_draws(trials, ['name', 'kind'], [figure])[figure].unstack('kind').loc[
+            names, counts.index].rename(columns=lambda kind: f'{kind} ({counts[kind]})')
         for figure in ('error', 'flicker'))
-    for table in (errors, flickers):
-        table['mean of kinds'] = table.mean(axis=1)
-        table['than as it is'] = compared(table['mean of kinds']
-                                          - table['mean of kinds'][DEFAULT.name])
+    for table, figure in ((errors, 'error'), (flickers, 'flicker')):
+        # What has no noise is the same in all draws.
+        each = by_draw(trials, ['name', 'kind'], figure).ffill(axis=1).groupby(
+            'name', sort=False).mean()
+        table['mean of kinds'], table['than as it is'] = over_draws(each), compared(each)
     errors['fitness'] = trials.groupby('name').fitness.mean().map('{:.4f}'.format)
-    times = trials.pivot(index='name', columns='scene', values='milliseconds')
+    times = trials.dropna(subset='milliseconds').pivot(
+        index='name', columns='scene', values='milliseconds')
     errors['time, of that as it is'] = (times / times.loc[DEFAULT.name]).median(axis=1)
     errors.loc[[one.name for one in REALTIME if one.moving and not one.timed],
                'time, of that as it is'] = None
@@ -344,9 +346,10 @@ def sequence_tables(trials):
             Table.of('Sequences: mean flicker in percent', flickers)]
 
 
-def compared(differences):
-    """Return a Series of differences as texts with signs, None for the matcher as it is."""
-    return differences.map(SIGNED).astype(object).mask(differences.index == DEFAULT.name, None)
+def compared(each):
+    """Return a Series of differences from the matcher as it is, in words; each: of `by_draw`."""
+    more = over_draws(each - each.loc[DEFAULT.name]).map(SIGNED).astype(object)
+    return more.mask(more.index == DEFAULT.name, None)
 
 
 def draw_ablation(tables):
@@ -382,7 +385,7 @@ def _draw_bars(panel, names, figures, room):
             panel.barh(place, min(value, end), color=BLUE if place == 0 else
                        ORANGE if 'tuned' in name else LIGHT_BLUE)
             where, side = (end, 'right') if cut else (max(value, usual), 'left')
-            word = f'{value:.2f}' + ' \N{BLACK RIGHT-POINTING TRIANGLE}' * cut
+            word = f'{float(value):.2f}' + ' \N{BLACK RIGHT-POINTING TRIANGLE}' * cut
         panel.annotate(word, (where, place), xytext=(3 if side == 'left' else -3, 0),
                        textcoords='offset points', va='center', ha=side, fontsize=7.5,
                        color=GREY if value is None else 'black')

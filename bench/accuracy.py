@@ -7,16 +7,16 @@ Middlebury scenes are scored by bad-1 over the pixels that both cameras see, KIT
 all pixels with truth. Means of odd and of even scenes allow to check on one half the settings
 chosen on the other. Everything is repeated with camera noise, on the same images for all matchers.
 """
-from dataclasses import replace
-from typing import NamedTuple
+from functools import partial
 
 from bench.confidence import (
     CONFIDENCES, kept_and_wrong, kept_of, left_right_sureness, pairs_without_truth, reliability,
     sparsification, table_with_truth, table_without_truth, wrong_and_confidence)
+from bench.draws import in_words, means_over_draws, with_draw
 from bench.page import (
     add_legend, BLUE, column, figure_of, GREY, LIGHT_BLUE, LIGHT_GREY, LIGHT_ORANGE, MIDDLE_BLUE,
     ORANGE, titled)
-from bench.request import counted, halved, means, report_of
+from bench.request import counted, halved, means, report_of, Subject
 from bench.scoring import DEFAULT, STRICTEST
 from fuzzy_stereo_ros.evaluation.baselines import dense, grey, TUNED
 from fuzzy_stereo_ros.evaluation.ground_truth import KITTI
@@ -27,8 +27,11 @@ import numpy as np
 import pandas as pd
 
 OURS, FAST, QUALITY = 'ours', 'ours, profile fast', 'ours, profile quality'
-OURS_GREY, FAST_GREY, QUALITY_GREY = (f'{name}, grey' for name in (OURS, FAST, QUALITY))
-BASELINES = *DEFAULT, *TUNED, STRICTEST     # in the order of the tables
+ON_GREY = ', grey'
+OURS_GREY = OURS + ON_GREY
+BASELINES = {one.name: one for one in (*DEFAULT, *TUNED, STRICTEST)}    # in the order of tables
+NAMES = *(own + end for own in (OURS, FAST, QUALITY) for end in ('', ON_GREY)), *BASELINES
+WITH_NOISE = OURS, OURS_GREY, FAST, QUALITY, '3WAY tuned', STRICTEST.name
 FINE_LIMIT = 0.5
 MUCH_WORSE = 1.5
 FEWEST_NEARER = 100     # pixels beyond a range that is cut, of a scene that counts
@@ -42,29 +45,14 @@ BAR = 0.12          # width; 1 is the distance of two groups
 LEAST = 7.5         # inches, width of the picture at the least
 
 
-class Measured(NamedTuple):
-    """
-    Four lists of dicts, one for each table of figures; each dict names group and scene.
-
-    figures: of each noise and matcher: percentage off by more than the limit of the scene (`bad`)
-    and by more than 0.5 px (`fine`); whether the truth has whole pixels (`whole`); percentage of
-    valid pixels that are wrong (`sparse`); percentage of valid pixels (`density`). reliable: of
-    each noise, profile and range of confidence: `number` of pixels with truth, and the number of
-    correct ones, `right`. confidence: of each scene, by the headings of its tables, and the time
-    of profile quality. nearer: by headings, what becomes of the pixels that are nearer than a
-    range cut by a quarter; empty where there are few.
-    """
-
-    figures: list
-    reliable: list
-    confidence: list
-    nearer: list
-
-
 def run(request):
     """Return the `Report` of our matcher and OpenCV's on the scenes of a `Request`."""
     scenes, skipped = request.scenes()
-    several = request.each(scenes, 'accuracy', lambda scene: measure(scene, request))
+    noised = [Subject(scene, f'noise {noise:g}', noise) for scene in scenes for noise in NOISES]
+    figures, confidence, beyond = request.drawn(*(
+        (items, title, partial(work, request.ours)) for items, title, work in (
+            (noised, 'accuracy', measure), (scenes, 'confidence', worth),
+            (scenes, 'range cut', nearer))))
     pairs, missing = ([], []) if request.quick else pairs_without_truth(
         request.data, request.only)
     kept = request.each(pairs, 'presets', lambda scene: kept_of(scene, request.ours))
@@ -79,6 +67,7 @@ def run(request):
                      'side on their row, then a 5x5 median',
         'error': 'percent of pixels off by more than 1 px (Middlebury, made; pixels that both '
                  'cameras see) or 3 px (KITTI; all with truth)',
+        **in_words(request.draws),
         'tsukuba': 'every output is rounded first: its truth has whole pixels',
         'noise': 'normal, of so many grey levels, fresh in each pixel and channel, rounded and '
                  'clipped; the same pictures for all matchers: what is made grey of three '
@@ -86,162 +75,135 @@ def run(request):
         'Motorcycle': 'has no mask; counted are pixels whose match lies inside the right image '
                       'and is not covered by a surface nearer by more than 1 px',
     }
-    return report_of('accuracy', 'Accuracy', settings, tables(several, kept),
+    return report_of('accuracy', 'Accuracy', settings, tables(figures, confidence, beyond, kept),
                      [*skipped, *missing], {'accuracy.svg': draw_accuracy})
 
 
-def measure(scene, request):
-    """Return the `Measured` of one scene."""
-    known, found = scene.read(), Measured([], [], [], [])
-    named = {'group': scene.group, 'scene': scene.path, 'family': scene.family}
-    for noise in NOISES:
-        matches, maps = matched(scene, with_camera_noise(known, noise), request)
-        found.figures.extend({**named, 'noise': noise, 'matcher': name,
-                              **_figures(known, scene.limit, *two)} for name, two in maps.items())
-        for name, match in matches.items():
-            found.reliable.extend(
-                {**named, 'noise': noise, 'matcher': name, 'confidence': confidence,
-                 'number': number, 'right': right} for confidence, number, right in zip(
-                     CONFIDENCES, *reliability(*wrong_and_confidence(match, known, scene))))
-        if not noise:
-            right = request.ours.matcher(scene.disparities, reference='right').match(
-                known.left, known.right)
-            found.confidence.append({
-                **named, 'seconds of quality': matches[QUALITY].times['total'] / 1000,
-                **_worth(known, scene, matches[OURS], right)})
-            found.nearer.extend({**named, **figures} for figures in _nearer(known, scene, request))
+def measure(ours, subject, draw):
+    """
+    Return a dict for each matcher on a draw of noise: group, scene, family, noise, matcher.
+
+    bad, fine: percentage off by more than the limit of the scene, and by more than 0.5 px; whole:
+    whether the truth has whole pixels. sparse: percentage of valid pixels that are wrong; density:
+    percentage of valid pixels. Of ours also what `kept_and_wrong` returns, and `reliability`.
+    """
+    scene, _, noise = subject
+    known, found = scene.read(), []
+    pair, = with_draw([known], noise, draw, alike=False)
+    images = pair.left, pair.right
+    profiles = {OURS: ours, FAST: Ours(FAST, 'fast'), QUALITY: Ours(QUALITY, 'quality')}
+    for name in WITH_NOISE if noise else NAMES:
+        figures = {}
+        if name in BASELINES:
+            raw = BASELINES[name].matcher(scene.family, scene.disparities).match(*images)
+            filled = dense(raw)
+        else:
+            match = profiles[name.removesuffix(ON_GREY)].matcher(scene.disparities).match(
+                *(map(grey, images) if name.endswith(ON_GREY) else images))
+            filled = match.disparity
+            raw = np.where(match.confidence > 0, filled, np.nan)
+            wrong, confidence = wrong_and_confidence(match, known, scene)
+            figures = {**kept_and_wrong(confidence, wrong),
+                       'reliability': reliability(wrong, confidence)}
+        bad = score(known.as_scored(filled), known.truth, known.counts,
+                    (scene.limit, FINE_LIMIT)).bad_dense
+        sparse = score(known.as_scored(raw), known.truth, known.counts, (scene.limit,))
+        found.append({
+            'group': scene.group, 'scene': scene.path, 'family': scene.family, 'noise': noise,
+            'matcher': name, 'bad': bad[scene.limit], 'fine': bad[FINE_LIMIT],
+            'whole': known.whole_pixel, 'sparse': sparse.bad_sparse[scene.limit],
+            'density': sparse.density, **figures})
     return found
 
 
-def _figures(known, limit, filled, found):
-    """Return the figures of a map, filled and with gaps, by the names of `Measured`."""
-    limits = limit, FINE_LIMIT
-    bad = score(known.as_scored(filled), known.truth, known.counts, limits).bad_dense
-    sparse = score(known.as_scored(found), known.truth, known.counts, limits)
-    return {'bad': bad[limit], 'fine': bad[FINE_LIMIT], 'whole': known.whole_pixel,
-            'sparse': sparse.bad_sparse[limit], 'density': sparse.density}
-
-
-def _worth(known, scene, match, right):
+def worth(ours, scene, draw):
     """
-    Return the figures of the confidence of a match, by the headings of tables.
+    Return a list of a dict: group, scene, and what confidence is worth, by headings.
 
-    right: the match of the right image; the left-right difference is compared with confidence.
+    The left-right difference, of our own maps of both images, is compared with confidence.
     """
+    known = scene.read()
+    match, right = (ours.matcher(scene.disparities, reference=side).match(known.left, known.right)
+                    for side in ('left', 'right'))
     counts = np.isfinite(known.truth) & (True if known.counts is None else known.counts)
     error = abs(known.as_scored(match.disparity) - known.truth)[counts]
     wrong = ~(error <= scene.limit)
     own, other, ideal = (sparsification(wrong, sureness) for sureness in (
         match.confidence[counts],
         left_right_sureness(match.disparity, right.disparity)[counts], -error))
-    figures = {'area, confidence': own.area, 'area, left-right difference': other.area,
-               'area, ideal': ideal.area, 'wrong of all': own.at_100,
-               'of the surest 80 %': own.at_80, 'by left-right difference': other.at_80}
-    wrong, confidence = wrong_and_confidence(match, known, scene)
-    return {**figures, **kept_and_wrong(confidence, wrong)}
+    return [{'group': scene.group, 'scene': scene.path, 'area, confidence': own.area,
+             'area, left-right difference': other.area, 'area, ideal': ideal.area,
+             'wrong of all': own.at_100, 'of the surest 80 %': own.at_80,
+             'by left-right difference': other.at_80}]
 
 
-def _nearer(known, scene, request):
+def nearer(ours, scene, draw):
     """
-    Yield what becomes of the pixels that are nearer than the range cut by a quarter, in percent.
+    Return a list of a dict of what becomes of the pixels nearer than the range cut by a quarter.
 
-    Pixels that only one camera sees count as well.
+    In percent, by headings; an empty list where there are few. Pixels that only one camera sees
+    count as well.
     """
-    cut, images = scene.disparities * 3 // 4, (known.left, known.right)
-    nearer = np.isfinite(known.truth) & (known.truth > cut - 0.5)
-    if np.count_nonzero(nearer) < FEWEST_NEARER:
-        return
-    figures = {'of all': 100 * np.count_nonzero(nearer) / np.count_nonzero(
-        np.isfinite(known.truth))}
-    for name, ours in ((OURS, request.ours), (QUALITY, Ours(QUALITY, 'quality'))):
-        confidence = ours.matcher(cut).match(*images).confidence[nearer]
+    known, cut = scene.read(), scene.disparities * 3 // 4
+    images = known.left, known.right
+    valid = np.isfinite(known.truth)
+    beyond = valid & (known.truth > cut - 0.5)
+    if np.count_nonzero(beyond) < FEWEST_NEARER:
+        return []
+    figures = {'of all': 100 * np.count_nonzero(beyond) / np.count_nonzero(valid)}
+    for name, own in ((OURS, ours), (QUALITY, Ours(QUALITY, 'quality'))):
+        confidence = own.matcher(cut).match(*images).confidence[beyond]
         for least in SURE:
             figures[f'{name}, confidence {least:g}'] = 100 * float((confidence >= least).mean())
-    for baseline in BASELINES:
-        if baseline.name in BESIDE:
-            found = baseline.matcher(scene.family, cut).match(*images)[nearer]
-            figures[f'{baseline.name}, valid'] = 100 * float(np.isfinite(found).mean())
-    yield figures
+    for name in BESIDE:
+        found = BASELINES[name].matcher(scene.family, cut).match(*images)[beyond]
+        figures[f'{name}, valid'] = 100 * float(np.isfinite(found).mean())
+    return [{'group': scene.group, 'scene': scene.path, **figures}]
 
 
-def with_camera_noise(known, sigma):
-    """
-    Return a `GroundTruthPair` with noise, independent in each pixel and channel.
-
-    sigma: grey levels, standard deviation. A pair always gets the same noise.
-    """
-    if not sigma:
-        return known
-    random = np.random.default_rng(0)
-    left, right = (
-        np.clip(np.rint(image + sigma * random.standard_normal(image.shape)), 0, 255).astype(
-            np.uint8) for image in (known.left, known.right))
-    return replace(known, left=left, right=right)
-
-
-def matched(scene, known, request):
-    """Return {ours, in colour and grey: Match}, and {matcher: (filled map, map with gaps)}."""
-    images = known.left, known.right
-    greys, matches = [grey(image) for image in images], {}
-    for name, grey_name, ours in ((OURS, OURS_GREY, request.ours),
-                                  (FAST, FAST_GREY, Ours(FAST, 'fast')),
-                                  (QUALITY, QUALITY_GREY, Ours(QUALITY, 'quality'))):
-        matches[name], matches[grey_name] = (
-            ours.matcher(scene.disparities).match(*those) for those in (images, greys))
-    maps = {name: (match.disparity, np.where(match.confidence > 0, match.disparity, np.nan))
-            for name, match in matches.items()}
-    for baseline in BASELINES:
-        found = baseline.matcher(scene.family, scene.disparities).match(*images)
-        maps[baseline.name] = dense(found), found
-    return matches, maps
-
-
-def tables(several, kept=()):
-    """Return the tables of a list of `Measured`, one for each scene; kept: see `kept_of`."""
-    figures, reliable, confidence, nearer = (
-        pd.DataFrame([row for part in parts for row in part]) for parts in zip(*several))
-    names = [OURS, OURS_GREY, FAST, FAST_GREY, QUALITY, QUALITY_GREY, *(
-        baseline.name for baseline in BASELINES)]
-    tuned = [name for name in names if 'tuned' in name]
+def tables(figures, confidence, beyond, kept=()):
+    """Return the tables of DataFrames of `measure`, `worth`, `nearer`; kept: see `kept_of`."""
+    tuned = [name for name in NAMES if 'tuned' in name]
     clean = figures[figures.noise == 0]
     fine = clean[~clean.whole & (clean.family != KITTI)]
-    scenes = clean.pivot_table('bad', 'scene', 'matcher', sort=False).reindex(columns=names)
+    scenes = clean.pivot_table('bad', 'scene', 'matcher', sort=False).reindex(columns=NAMES)
+    noised = means_over_draws(figures[figures.noise == NOISES[1]], ['scene', 'matcher'], ['bad'])
     halves = halved(clean, 'matcher')
     some = [(name, half) for name in (OURS, OURS_GREY, QUALITY, *tuned[-3:])
             for half in ('odd', 'even')]
     halves = halves.pivot_table('bad', 'group', ['matcher', 'half'], sort=False)
     return [
-        Table.of('Groups, mean error in percent', means(clean, 'bad', names),
+        Table.of('Groups, mean error in percent', means(clean, 'bad', NAMES),
                  '*0 rejected*: a disparity of 0 is filled as well, which helps where nothing is '
                  'infinitely far.'),
         Table.of('Odd and even scenes of each group, mean error in percent',
                  halves.reindex(columns=some).dropna(how='all').set_axis(
                      map(', '.join, some), axis=1)),
         Table.of('Off by more than 0.5 px, scenes with sub-pixel truth, percent',
-                 means(fine, 'fine', names)),
-        *(Table.of(title, means(figures, figure, [
-            name for name in names if 'default' not in name]), note)
-          for title, figure, note in (
-              ('Noise: mean error in percent, dense', 'bad', ''),
-              ('Noise: percent wrong of the valid pixels', 'sparse',
+                 means(fine, 'fine', NAMES)),
+        *(Table.of(title, means(figures, figure, WITH_NOISE, worst=worst), note)
+          for title, figure, worst, note in (
+              ('Noise: mean error in percent, dense', 'bad', 'max', ''),
+              ('Noise: percent wrong of the valid pixels', 'sparse', 'max',
                'Ours: valid are pixels of a confidence above 0; baselines: those that they do not '
                'reject.'),
-              ('Noise: percent of the pixels that are valid', 'density', ''))),
-        *_confidence(confidence, reliable),
+              ('Noise: percent of the pixels that are valid', 'density', 'min', ''))),
+        *_confidence(confidence, figures),
         *([table_without_truth(kept)] if kept else []),
         *([Table.of(
             'Range cut by a quarter: percent of the nearer pixels that become a surface',
-            counted(nearer).groupby('group', sort=False).mean(numeric_only=True),
+            counted(beyond).groupby('group', sort=False).mean(numeric_only=True).drop(
+                columns='draw'),
             'Of the pixels with truth that are nearer than the range, *of all* the pixels; what '
             'they get is too far away. OpenCV has no confidence: valid is what it gives out.')]
-          if len(nearer) else []),
-        Table.of('Scenes, error in percent',
-                 scenes.join(confidence.set_index('scene')['seconds of quality']),
-                 _much_worse(scenes, tuned)),
+          if len(beyond) else []),
+        Table.of('Scenes, error in percent', scenes, _much_worse(scenes, tuned)),
+        Table.of(f'Scenes, noise {NOISES[1]:g}: error in percent',
+                 noised.bad.unstack('matcher', sort=False)),
     ]
 
 
-def _confidence(confidence, reliable):
+def _confidence(confidence, figures):
     """Return the tables of our confidence and of the presets of its threshold."""
     worth = counted(confidence).groupby('group', sort=False).mean(numeric_only=True)
     worth['ratio of areas'] = worth['area, confidence'] / worth['area, left-right difference']
@@ -254,14 +216,17 @@ def _confidence(confidence, reliable):
         'Area under the sparsification curve, in percent: the mean share of wrong pixels among '
         'those kept. The left-right difference is that of our own maps of the two images.')]
     for name in (OURS, QUALITY):
-        sums = counted(reliable[reliable.matcher == name]).groupby(
-            ['group', 'confidence'], sort=False)[['number', 'right']].sum()
-        share = (100 * sums.right / sums.number.where(sums.number > 0)).unstack()
+        rows = []
+        for (group, draw), several in counted(figures[figures.matcher == name]).groupby(
+                ['group', 'draw'], sort=False):
+            number, right = sum(several.reliability)
+            rows.append({'group': group, 'draw': draw, **dict(zip(
+                CONFIDENCES, 100 * right / np.where(number, number, np.nan)))})
         made.append(Table.of(
             f'Confidence: percent of pixels that are right, by what it says, {name}',
-            share[CONFIDENCES].loc[list(dict.fromkeys(sums.index.get_level_values(0)))],
+            means_over_draws(pd.DataFrame(rows), ['group'], CONFIDENCES, 'min'),
             'Of all valid pixels with truth, also of those that one camera sees.'))
-    return [*made, table_with_truth(worth)]
+    return [*made, table_with_truth(counted(figures[figures.matcher == OURS]))]
 
 
 def _much_worse(scenes, tuned):

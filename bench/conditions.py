@@ -5,19 +5,19 @@ Conditions: errors on pairs as a rig on a robot gives them, beside OpenCV's matc
 
 Not in the paper, whose pairs are of a laboratory. Rows no longer fit, exposures differ, lenses
 darken the corners, pictures are compressed, there is little light. Each condition is made of the
-clean pair, the same each time; all matchers get the same pictures.
+clean pair; all matchers get the same pictures.
 """
 from dataclasses import replace
 from functools import partial
 
-from bench.request import counted, report_of
+from bench.draws import in_words, means_over_draws, random_of
+from bench.request import counted, report_of, Subject
 from bench.scoring import bad_percent
 import cv2
 from fuzzy_stereo_ros.evaluation.baselines import dense, grey, TUNED
 from fuzzy_stereo_ros.evaluation.matchers import Ours
 from fuzzy_stereo_ros.evaluation.report import Table
 import numpy as np
-import pandas as pd
 
 OURS, GREY, QUALITY = 'ours', 'ours, grey', 'ours, profile quality'
 BASELINES = [one for one in TUNED if one.algorithm in ('3WAY', 'HH4')]
@@ -110,9 +110,9 @@ CONDITIONS = {
 }
 
 
-def under_condition(pair, name):
-    """Return a `GroundTruthPair` of 8 bits under one of CONDITIONS, always the same."""
-    random = np.random.default_rng(0)
+def under_condition(pair, name, draw=0):
+    """Return a `GroundTruthPair` of 8 bits under one of CONDITIONS, with the noise of a draw."""
+    random = random_of(draw)
     left, right = (
         np.clip(np.rint(change(image, random)), 0, 255).astype(np.uint8)
         for change, image in zip(CONDITIONS[name], (pair.left, pair.right)))
@@ -122,47 +122,43 @@ def under_condition(pair, name):
 def run(request):
     """Return the `Report` of our matcher and OpenCV's under CONDITIONS, of a `Request`."""
     scenes, skipped = request.scenes()
-    rows = [row for several in request.each(
-        scenes, 'conditions', lambda scene: measure(scene, request)) for row in several]
+    figures, = request.drawn(([
+        Subject(scene, name, bool({noisy, darkened} & {*both})) for scene in scenes
+        for name, both in CONDITIONS.items()], 'conditions', partial(measure, request.ours)))
     return report_of('conditions', 'Pictures as cameras give them', {
         'ours': f'{request.ours.description}, filled, cold; colour images, *grey*: the grey ones '
                 'that OpenCV gets',
         'baselines': 'OpenCV, tuned and filled as in accuracy',
         'error': 'percent of pixels off, as in accuracy',
+        **in_words(request.draws),
         'pictures': 'the right one changes, where not *both* are named, or noise and light; '
                     f'columns differ by {COLUMNS:g} grey levels, variance of the noise '
                     f'{READ:g} + {SHOT:g} x grey level; with a sixth of the light noise of '
                     f'{DARK_NOISE:g}',
-    }, tables(pd.DataFrame(rows)), skipped)
+    }, tables(figures), skipped)
 
 
-def measure(scene, request):
-    """Return the errors of a scene: a dict with group, scene, condition and matchers for each."""
+def measure(ours, subject, draw):
+    """Return a list of a dict of errors: group, scene, condition and matchers."""
+    scene, name, _ = subject
     known, disparities = scene.read(), scene.disparities
-    ours, quality = (one.matcher(disparities) for one in (request.ours, Ours(QUALITY, 'quality')))
-
-    def errors(name):
-        pair = under_condition(known, name)
-        for matcher, images, who in ((ours, (pair.left, pair.right), OURS),
-                                     (ours, (grey(pair.left), grey(pair.right)), GREY),
-                                     (quality, (pair.left, pair.right), QUALITY)):
-            matcher.reset()
-            yield who, matcher.match(*images).disparity
-        for one in BASELINES:
-            yield one.name, dense(one.matcher(scene.family, disparities).match(
-                pair.left, pair.right))
-
+    pair = under_condition(known, name, draw)
+    images = pair.left, pair.right
+    maps = {who: one.matcher(disparities).match(*those).disparity for who, one, those in (
+        (OURS, ours, images), (GREY, ours, map(grey, images)),
+        (QUALITY, Ours(QUALITY, 'quality'), images))}
+    maps.update((one.name, dense(one.matcher(scene.family, disparities).match(*images)))
+                for one in BASELINES)
     return [{'group': scene.group, 'scene': scene.path, 'condition': name,
-             **{who: bad_percent(found, known, scene.limit) for who, found in errors(name)}}
-            for name in CONDITIONS]
+             **{who: bad_percent(found, known, scene.limit) for who, found in maps.items()}}]
 
 
 def tables(figures):
     """Return the tables of a DataFrame of the dicts of `measure`."""
-    matchers = [OURS, GREY, QUALITY, *OPENCV]
-    mean = counted(figures).groupby(['group', 'condition'], sort=False)[matchers].mean()
-    beside = mean.assign(best=mean[OPENCV].min(axis=1)).apply(
-        lambda row: ' / '.join(f'{row[who]:.2f}' for who in (OURS, QUALITY, 'best')), axis=1)
+    mean = means_over_draws(counted(figures), ['group', 'condition'],
+                            [OURS, GREY, QUALITY, *OPENCV])
+    beside = mean.apply(lambda row: ' / '.join(
+        f'{error:.2f}' for error in (row[OURS], row[QUALITY], min(row[OPENCV]))), axis=1)
     return [
         Table.of('Conditions: mean error in percent, ours / profile quality / OpenCV',
                  beside.unstack('group', sort=False),

@@ -9,6 +9,7 @@ cameras have taken.
 from typing import NamedTuple
 
 from bench.datasets import EUROC, EUROC_DISPARITIES, read_frames
+from bench.draws import means_over_draws
 from fuzzy_stereo_ros.evaluation.catalogue import FRAMES_IN_FOLDERS, ONE_PAIR, Scene
 from fuzzy_stereo_ros.evaluation.ground_truth import MIDDLEBURY
 from fuzzy_stereo_ros.evaluation.report import Table
@@ -137,11 +138,13 @@ def kept_of(scene, ours):
                                     for preset, threshold in PRESETS.items()}}
 
 
-def table_with_truth(worth):
-    """Return the table of the presets; worth: a DataFrame of `kept_and_wrong`, a row a group."""
+def table_with_truth(figures):
+    """Return the table of the presets; figures: a DataFrame of `kept_and_wrong`, with groups."""
+    means = [means_over_draws(figures, ['group'], [heading(preset, figure)], worst)
+             for preset in PRESETS for figure, worst in ((KEPT, 'min'), (WRONG, 'max'))]
     return Table.of(
         'Presets of confidence_threshold: percent of the pixels kept, and wrong of these',
-        worth[[heading(preset, figure) for preset in PRESETS for figure in (KEPT, WRONG)]],
+        pd.concat(means, axis=1),
         'Of all pixels with truth, also of those that one camera sees; profile realtime, cold.')
 
 

@@ -3,8 +3,8 @@
 """
 The scenes and sequences of the benchmarks: of the data folder, and synthetic ones.
 
-Sequences are windows that move over real pairs, with noise; drives; hard cuts; synthetic ones. The
-truth belongs to the left image; the matching pixel of the right image is x - d.
+Sequences are windows that move over real pairs; drives; hard cuts; synthetic ones. The truth
+belongs to the left image; the matching pixel of the right image is x - d.
 """
 from dataclasses import replace
 from functools import partial
@@ -150,9 +150,12 @@ def _read(files, whole_pixel):
 
 def _made_scenes(count, size):
     """Return [(synthetic `Scene`, None)] of a size (rows, columns, disparities)."""
-    return [(Scene('made', f'planes{seed}', MIDDLEBURY, size[2], lambda seed=seed: ScoredPair(
-        *make_pair(*size, seed, objects=6, noise=1.5, colour=True))), None)
+    return [(Scene('made', f'planes{seed}', MIDDLEBURY, size[2], partial(_made, size, seed)), None)
             for seed in range(1, count + 1)]
+
+
+def _made(size, seed):
+    return ScoredPair(*make_pair(*size, seed, objects=6, noise=1.5, colour=True))
 
 
 def available_sequences(data, scenes, quick=False):
@@ -165,10 +168,11 @@ def available_sequences(data, scenes, quick=False):
     single = [scene for scene in scenes if scene.family == MIDDLEBURY]
     classic = [scene for scene in single if scene.group == 'middv2'] or single
     real = [scene for scene in single if scene.group in ('middv2', 'midd2006_third')] or single
-    synthetic = partial(ScoredSequence, family=MIDDLEBURY, disparities=MADE['disparities'])
+    synthetic = partial(ScoredSequence, family=MIDDLEBURY, disparities=MADE['disparities'],
+                        alike=False)
     found = [
         *(ScoredSequence(f'window, noise {noise}, pan {pan}', scene.name, MIDDLEBURY,
-                         scene.disparities, partial(window, scene, noise, pan), pan=pan,
+                         scene.disparities, partial(window, scene, pan), noise=noise, pan=pan,
                          scored=range(FIRST_SCORED, WINDOW_FRAMES))
           for noise in NOISES for pan in PANS for scene in classic),
         *(ScoredSequence('hard cut', f'{before.name} to {after.name}', MIDDLEBURY,
@@ -176,17 +180,17 @@ def available_sequences(data, scenes, quick=False):
                          partial(hard_cut, before, after), scored=range(2, 3), flickers=False)
           for before, after in pairwise(real)),
         *(synthetic(kind, f'seed {seed}', read=partial(moving, seed, options),
-                    scored=range(FIRST_SCORED, 8),
+                    noise=options.get('noise', 0), scored=range(FIRST_SCORED, 8),
                     camera=MADE_CAMERA if 'drive' in options else None)
           for kind, options in MADE_KINDS.items() for seed in MADE_SEEDS),
         *(synthetic(f'made, pictured street, noise {noise}', f'seed {seed}', camera=MADE_CAMERA,
-                    read=partial(pictured, seed, noise), scored=range(FIRST_SCORED, 8))
+                    read=partial(pictured, seed), noise=noise, scored=range(FIRST_SCORED, 8))
           for noise in PICTURED_NOISES for seed in MADE_SEEDS if find_spec('skimage')),
         *(synthetic(f'made, sharp texture, pan {pan}', f'seed {seed}', pan=pan,
                     read=partial(panning, seed, pan), scored=range(FIRST_SCORED, 10))
           for pan in SHARP_PANS for seed in MADE_SEEDS),
         *(synthetic('made, object appears', f'seed {seed}', read=partial(appearing, seed),
-                    scored=range(APPEARS, APPEARS + 2)) for seed in MADE_SEEDS)]
+                    noise=2, scored=range(APPEARS, APPEARS + 2)) for seed in MADE_SEEDS)]
     if quick:
         return [one for one in found if one.group in QUICK_KINDS], []
     drives = [(f'{group}, noise {noise}' if noise else group, folder.split('/')[1], KITTI,
@@ -202,36 +206,24 @@ def available_sequences(data, scenes, quick=False):
             skipped[f'no folder: {folder}'] = None      # each once
             continue
         driven.append(ScoredSequence(
-            *named, partial(read_frames, data / folder, layout, numbers, noise),
+            *named, partial(read_frames, data / folder, layout, numbers), noise=noise,
             scored=range(0 if folder == EUROC else len(numbers)),
             camera=read_camera(data / folder / CALIBRATION)))
     still = [one for one in driven if not one.scored]
     return [*(one for one in driven if one.scored), *found, *still], list(skipped)
 
 
-def window(scene, noise, pan, frames=WINDOW_FRAMES, seed=5):
+def window(scene, pan, frames=WINDOW_FRAMES):
     """
-    Return frames of a scene seen through a window that moves to the right, each with new noise.
+    Return frames of a scene seen through a window that moves to the right.
 
-    noise: grey levels, standard deviation, by a seed. pan: pixels per frame. Raises ValueError if
-    the scene is too narrow.
+    pan: pixels per frame. Raises ValueError if the scene is too narrow.
     """
-    pair, random = scene.read(), np.random.default_rng(seed)
+    pair = scene.read()
     width = pair.truth.shape[1] - pan * (frames - 1)
     if width < 2:
         raise ValueError(f'{frames} frames at {pan} pixels leave nothing of {scene.path}')
-    parts = (cropped(pair, pair.truth.shape[0], width, pan * frame) for frame in range(frames))
-    return [replace(part, left=with_noise(part.left, noise, random),
-                    right=with_noise(part.right, noise, random)) for part in parts]
-
-
-def with_noise(image, sigma, random):
-    """Return an image, uint8, with normal noise of sigma grey levels, equal in its channels."""
-    if not sigma:
-        return np.ascontiguousarray(image)
-    noise = sigma * random.standard_normal(image.shape[:2], np.float32)
-    noise = noise if image.ndim == 2 else noise[:, :, None]
-    return np.clip(np.rint(image + noise), 0, 255).astype(np.uint8)
+    return [cropped(pair, pair.truth.shape[0], width, pan * frame) for frame in range(frames)]
 
 
 def cropped(pair, rows, columns, first_column=0):
@@ -255,13 +247,13 @@ def hard_cut(before, after):
 def moving(seed, options):
     """Return eight frames of a synthetic scene whose objects move."""
     return [ScoredPair(*made) for made in make_sequence(
-        frames=8, seed=seed, objects=5, **MADE, **options)]
+        frames=8, seed=seed, objects=5, **MADE, **{**options, 'noise': 0})]
 
 
-def pictured(seed, noise):
+def pictured(seed):
     """Return eight frames of a drive through a street whose planes carry pictures."""
     return [ScoredPair(*made) for made in make_pictured_street(
-        *list(MADE.values())[:3], 8, seed, noise=noise, **DRIVE)]
+        *list(MADE.values())[:3], 8, seed, **DRIVE)]
 
 
 def panning(seed, pan):
@@ -274,7 +266,7 @@ def appearing(seed):
     """Return frames of a synthetic scene in which an object appears at frame APPEARS."""
     # Objects are drawn one after the other: with one seed, five are the same four and one more.
     fewer, more = (list(make_sequence(frames=APPEARS + 2, seed=seed, objects=count, motion=1.0,
-                                      noise=2, **MADE)) for count in (4, 5))
+                                      **MADE)) for count in (4, 5))
     return [ScoredPair(*made) for made in (*fewer[:APPEARS], *more[APPEARS:])]
 
 
@@ -285,10 +277,6 @@ def read_camera(path):
     return Camera(left[0], left[5], left[2], left[6], left[2] - right[2])
 
 
-def read_frames(folder, layout, numbers, noise=0, seed=5):
-    """Return the `ScoredPair`s of frames of a folder, each with fresh noise, grey levels."""
-    random = np.random.default_rng(seed)
-    frames = (ScoredPair(**vars(files_of(folder, layout, number)[0].read()))
-              for number in numbers)
-    return [replace(frame, left=with_noise(frame.left, noise, random),
-                    right=with_noise(frame.right, noise, random)) for frame in frames]
+def read_frames(folder, layout, numbers):
+    """Return the `ScoredPair`s of frames of a folder."""
+    return [ScoredPair(**vars(files_of(folder, layout, number)[0].read())) for number in numbers]

@@ -9,7 +9,8 @@ each later one with the population of the one before, and evolves it for a few g
 """
 import sys
 
-from bench.datasets import MOTORCYCLE_DISPARITIES, read_motorcycle, with_noise
+from bench.datasets import MOTORCYCLE_DISPARITIES, read_motorcycle
+from bench.draws import with_noise
 from bench.scoring import bad_percent, ScoredPair
 import cv2
 from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher

@@ -16,14 +16,14 @@ OBJECTS = ((80, 70, 35, 40, 20.0), (180, 120, 30, 70, 28.0), (250, 60, 35, 30, 1
 MARGIN = 5      # texels around a texture, which repeats
 
 
-def make_layers(rows, columns, frames, seed, contrast, blur, *, pan=0.0, approach=0.0, noise=0.0):
+def make_layers(rows, columns, frames, seed, contrast, blur, *, pan=0.0, approach=0.0):
     """
     Return an iterator over `ScenePair`s of objects before a background, grey uint8.
 
     contrast: of the objects, standard deviation in grey levels; blur: of the lens, px, standard
     deviation; pan: px a frame to the left; approach: px by which the disparity of the objects
-    grows a frame, in the right image; noise: grey levels. The first frame lies at a random
-    fraction of a pixel if objects come nearer, at none if not.
+    grows a frame, in the right image. The first frame lies at a random fraction of a pixel if
+    objects come nearer, at none if not.
     """
     random = np.random.default_rng([seed, 5])
     start = random.uniform(0, 1) if approach else 0.0
@@ -49,8 +49,7 @@ def make_layers(rows, columns, frames, seed, contrast, blur, *, pan=0.0, approac
     def pair(frame):
         (left, truth), (right, _) = view(frame, False, x), view(frame, True, x)
         _, nearest = view(frame, True, x - truth)
-        exposed = (np.clip(np.rint(image + noise * random.standard_normal(image.shape)), 0, 255)
-                   .astype(np.uint8) for image in (left, right))
+        exposed = (np.clip(np.rint(image), 0, 255).astype(np.uint8) for image in (left, right))
         return ScenePair(*exposed, truth.astype(np.float32),
                          (x >= truth) & (nearest <= truth + 1e-6))
 

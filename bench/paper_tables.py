@@ -13,6 +13,7 @@ from functools import partial
 
 from bench.confidence import CONFIDENCES, reliability, wrong_and_confidence
 from bench.datasets import available_scenes
+from bench.draws import in_words
 from bench.paper_frames import tables as tables_over_frames
 from bench.request import report_of
 from bench.scoring import bad_percent, cross_checked, REFERENCE, ScoredPair
@@ -74,6 +75,7 @@ def run(request):
                            'tsukuba: the left truth carried over',
         'tsukuba': 'outputs are rounded: its truth has whole pixels',
         'seconds': 'processor time of one thread',
+        **in_words(request.draws),
     }
     return report_of('paper', "The paper's tables", settings, [
         _first_table(lines[0]),

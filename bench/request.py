@@ -4,18 +4,25 @@
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import partial
+from multiprocessing import get_context
+import os
 from pathlib import Path
 import shutil
+import signal
 import subprocess
+from typing import NamedTuple
 
 from bench.datasets import available_scenes, available_sequences
+from bench.draws import DRAWS, means_over_draws
 from bench.page import as_svg
 from bench.scoring import bad_percent
 import fuzzy_stereo_ros
 from fuzzy_stereo_ros.evaluation.baselines import opencv_threads
+from fuzzy_stereo_ros.evaluation.catalogue import Scene
 from fuzzy_stereo_ros.evaluation.matchers import Ours
 from fuzzy_stereo_ros.evaluation.report import environment, mean, Report
 from fuzzy_stereo_ros.evaluation.scores import flicker
+import pandas as pd
 
 
 @dataclass(frozen=True)
@@ -26,7 +33,7 @@ class Request:
     ours: the matcher under test. data: folder of the benchmark data, or None. only: a word that
     names of scenes must contain. repeats: number of measurements of a time. follow(items, title):
     iterates and shows progress. quick: small and few scenes, to see that everything runs; the
-    figures then mean nothing.
+    figures then mean nothing. draws: of noise.
     """
 
     ours: Ours = Ours('ours')
@@ -35,11 +42,35 @@ class Request:
     repeats: int = 60
     follow: Callable = field(default=lambda items, title: items)
     quick: bool = False
+    draws: int = DRAWS
 
     def each(self, items, title, work):
         """Return [work(item)] of items, with OpenCV on one thread; shows progress."""
         with opencv_threads(1):
             return [work(item) for item in self.follow(items, title)]
+
+    def drawn(self, *works, timed=False):
+        """
+        Return a DataFrame for each (items, title, work): the rows of all work(item, draw).
+
+        work: returns a list of dicts; a column `draw` is added. Items with `noise` are matched for
+        each draw, others for draw 0 alone: by as many processes as there are cores, which do for
+        errors. timed: what has no noise is matched by this process alone, so that times count.
+        """
+        found = []
+        # An interrupt is left to this process, which ends the others.
+        with get_context('spawn').Pool(len(os.sched_getaffinity(0)), signal.signal,
+                                       (signal.SIGINT, signal.SIG_IGN)) as pool:
+            for items, title, work in works:
+                rows = []
+                for way, alone in ((map, True), (pool.imap, False)):
+                    tasks = [(item, draw) for item in items if (timed and not item.noise) == alone
+                             for draw in range(self.draws if getattr(item, 'noise', 0) else 1)]
+                    done = way(partial(_rows, work), tasks)
+                    for _ in self.follow([item for item, _ in tasks], title):
+                        rows += next(done)
+                found.append(pd.DataFrame(rows))
+        return found
 
     def scenes(self):
         """Return the requested scenes that are available, and sentences about missing ones."""
@@ -48,6 +79,25 @@ class Request:
     def sequences(self, scenes):
         """Return the available sequences, and sentences about missing ones."""
         return available_sequences(self.data, scenes, self.quick)
+
+
+class Subject(NamedTuple):
+    """A scene under a condition; noise: whether, or by how many grey levels, it is random."""
+
+    scene: Scene
+    condition: str
+    noise: float
+
+    @property
+    def path(self):
+        """Scene and condition, as progress shows them."""
+        return f'{self.scene.path}, {self.condition}'
+
+
+def _rows(work, task):
+    """Return the rows of a task, with its draw, and with OpenCV on one thread."""
+    with opencv_threads(1):
+        return [{**row, 'draw': task[1]} for row in work(*task)]
 
 
 def report_of(name, title, settings, tables, skipped, pictures=None, threads='one each'):
@@ -104,9 +154,10 @@ def counted(frame, group='group', one='scene'):
     return frame.assign(**{group: named})
 
 
-def means(frame, figure, names, name='matcher'):
+def means(frame, figure, names, name='matcher', worst='max'):
     """Return a DataFrame of the means of a figure: a row per group, a column per name."""
-    return counted(frame).pivot_table(figure, 'group', name, sort=False).reindex(columns=names)
+    found = means_over_draws(counted(frame), ['group', name], [figure], worst)[figure]
+    return found.unstack(name, sort=False).reindex(columns=names)
 
 
 def halved(frame, name):

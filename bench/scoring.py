@@ -3,6 +3,7 @@
 """Pairs and sequences as the benchmarks score them: one percentage, and the frames that count."""
 from dataclasses import dataclass
 
+from bench.draws import with_draw
 from fuzzy_stereo_ros.evaluation.baselines import ALGORITHMS, Baseline
 from fuzzy_stereo_ros.evaluation.catalogue import Sequence
 from fuzzy_stereo_ros.evaluation.ground_truth import agreeing, GroundTruthPair
@@ -29,13 +30,16 @@ class ScoredPair(GroundTruthPair):
 @dataclass(frozen=True)
 class ScoredSequence(Sequence):
     """
-    A `Sequence`; its group is its kind in the tables.
+    A `Sequence`, read without noise; its group is its kind in the tables.
 
+    noise: grey levels, standard deviation. alike: whether it is equal in the channels of a pixel.
     scored: numbers of the frames whose error counts, if they have a truth. pan: pixels per frame
     by which the window moves to the right. flickers: whether flicker is measured. camera: the
     `Camera` of a moving camera, None = not known.
     """
 
+    noise: float = 0.0
+    alike: bool = True
     scored: range = range(0)
     pan: int = 0
     flickers: bool = True
@@ -45,6 +49,10 @@ class ScoredSequence(Sequence):
     def path(self):
         """Group and name, as progress shows them."""
         return ', '.join(filter(None, (self.group, self.name)))
+
+    def drawn(self, draw):
+        """Return a list of its frames with the noise of a draw."""
+        return with_draw(self.read(), self.noise, draw, self.alike)
 
 
 def bad_percent(disparity, pair, limit):

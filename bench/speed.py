@@ -16,7 +16,7 @@ import tracemalloc
 
 from bench.busy import busy_table, FixedPlaces
 from bench.cores import cores_table, UNMEASURED
-from bench.datasets import with_noise
+from bench.draws import with_noise
 from bench.request import report_of
 from bench.scoring import REFERENCE
 import cv2

@@ -6,13 +6,13 @@ Tuning: the settings of OpenCV's matchers with the smallest error on half of the
 From the settings of evaluation/baselines.py on, all combinations of the values of one group are
 tried and the best is kept, then those of the next group, until a round of all groups changes
 nothing. The error is the mean over groups of scenes of that of the dense map, with and without
-noise. Only the odd scenes of groups with several are looked at; the others show whether the
-settings hold elsewhere.
+noise, of one draw. Only the odd scenes of groups with several are looked at; the others, and other
+draws, show whether the settings hold elsewhere.
 """
 from dataclasses import replace
 from itertools import product
 
-from bench.accuracy import with_camera_noise
+from bench.draws import in_words, over_draws, with_draw
 from bench.request import report_of
 from bench.scoring import bad_percent
 from fuzzy_stereo_ros.evaluation.baselines import (
@@ -31,12 +31,13 @@ SEMI_GLOBAL = ({'p1': (1, 2, 4, 8, 16), 'ratio': (2, 3, 4, 6, 8)}, {'block': (3,
 
 
 class Scenes:
-    """Scenes of a family, with and without noise, on which settings are tried."""
+    """Scenes of a family, without and with the noise of a draw, on which settings are tried."""
 
-    def __init__(self, scenes):
+    def __init__(self, scenes, draw):
         """Read the scenes; no two need be of one size."""
         self.scenes = [(scene.group, scene.limit, scene.disparities, [
-            with_camera_noise(scene.read(), noise) for noise in NOISES]) for scene in scenes]
+            pair for noise in NOISES for pair in with_draw([scene.read()], noise, draw, False)])
+            for scene in scenes]
         self.known = {}
 
     def error(self, algorithm, settings):
@@ -56,20 +57,23 @@ def run(request):
     """Return the `Report` of the settings found for each family of the scenes of a `Request`."""
     scenes, skipped = request.scenes()
     families = dict.fromkeys(scene.family for scene in scenes)
-    halves = {family: [Scenes(half) for half in odd_and_even(
-        [scene for scene in scenes if scene.family == family])] for family in families}
+    halves = {family: [[Scenes(half, draw) for draw in range(request.draws)]
+                       for half in odd_and_even([scene for scene in scenes
+                                                 if scene.family == family])]
+              for family in families}
     rows = request.each([*product(families, ALGORITHMS)], 'tuning',
                         lambda one: row_of(*one, *halves[one[0]]))
     return report_of('tuning', "Tuning of OpenCV's matchers", {
         'error': 'mean over groups of the percentage of wrong pixels of dense maps, as of '
                  f'accuracy, at a noise of {" and ".join(f"{noise:g}" for noise in NOISES)} grey '
                  'levels, padded',
+        **in_words(request.draws),
         'odd': 'scenes 1, 3, 5 and so on of each group with several: settings are chosen on them',
         'even': 'all others, groups of one scene among them',
         'tried': 'all combinations of one group of values after another, until a round of all '
                  'groups changes nothing: bench/tuning.py',
     }, [Table.of('Settings with the smallest error on odd scenes',
-                 pd.DataFrame(rows).set_index('matcher'),
+                 pd.DataFrame(rows, dtype=object).set_index('matcher'),
                  'P1 is a multiple of the square of the side of the block. Before: of the '
                  'settings of evaluation/baselines.py. Those found take their place where the '
                  'mean of odd and even gets smaller: of KITTI the halves are two pairs each.')],
@@ -86,20 +90,19 @@ def odd_and_even(scenes):
 
 
 def row_of(family, algorithm, odd, even):
-    """Return the row of a matcher: settings found on `Scenes`, and errors."""
+    """Return the row of a matcher: settings and errors; odd, even: `Scenes` of each draw."""
     before = TUNED_SETTINGS[family][algorithm]
     found = descend(before, BLOCK_MATCHING if algorithm == 'BM' else SEMI_GLOBAL,
-                    lambda settings: odd.error(algorithm, settings))
+                    lambda settings: odd[0].error(algorithm, settings))
     penalties = {} if algorithm == 'BM' else {
         'P1': found.p1 // found.block**2, 'P2 / P1': found.p2 // found.p1}
     return {'matcher': f'{family}, {algorithm}', 'block': found.block, **penalties,
             'cap': found.cap, 'uniqueness': found.uniqueness, 'left-right': found.left_right,
             'speckle size': found.speckle_size, 'speckle range': found.speckle_range,
             'texture': found.texture if algorithm == 'BM' else None,
-            'error, odd': odd.error(algorithm, found),
-            'error, even': even.error(algorithm, found),
-            'before, odd': odd.error(algorithm, before),
-            'before, even': even.error(algorithm, before)}
+            **dict(zip(('error, odd', 'error, even', 'before, odd', 'before, even'), over_draws(
+                pd.DataFrame([[one.error(algorithm, settings) for one in half]
+                              for settings in (found, before) for half in (odd, even)]))))}
 
 
 def descend(settings, groups, error):

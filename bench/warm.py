@@ -8,20 +8,18 @@ measured: these are of the cameras, and would be counted as of the warm start. A
 the frames of a scene that stays or pans.
 """
 from functools import partial
-from typing import NamedTuple
 
 from bench.datasets import MADE, MADE_SEEDS, window
+from bench.draws import in_words, means_over_draws
 from bench.layers import BACKGROUND, make_layers
 from bench.page import add_legend, BLUE, column, figure_of, GREY, LIGHT_BLUE, ORANGE, titled
 from bench.request import counted, figures_of_sequence, report_of
-from bench.scoring import bad_percent, REFERENCE
+from bench.scoring import bad_percent, REFERENCE, ScoredPair, ScoredSequence
 from fuzzy_stereo_ros.evaluation.baselines import dense
-from fuzzy_stereo_ros.evaluation.catalogue import Scene
 from fuzzy_stereo_ros.evaluation.ground_truth import MIDDLEBURY
 from fuzzy_stereo_ros.evaluation.matchers import fastest, Ours
 from fuzzy_stereo_ros.evaluation.report import Table
 import numpy as np
-import pandas as pd
 
 COLD, WARM, BASELINE = 'cold', 'warm', '3WAY'
 MATCHERS = BASELINE, COLD, WARM
@@ -45,22 +43,15 @@ MARKS = {BASELINE: (ORANGE, '^', 'OpenCV 3WAY tuned'),
          WARM: (BLUE, 'o', 'ours, warm: with the frame before')}
 
 
-class Walk(NamedTuple):
-    """A scene that is seen for several frames, still or panning, in one of KINDS."""
-
-    scene: Scene
-    kind: str
-
-
 def run(request):
     """Return the `Report` of cold against warm on the sequences of a request."""
     scenes, skipped = request.scenes()
     sequences, missing = request.sequences(scenes)
-    measured = request.each(sequences, 'warm', lambda sequence: measure(sequence, request))
-    walked = request.each(walks(request, scenes), 'over frames', lambda one: walk(request, one))
-    slow = request.each(slow_ones(request), 'slow', lambda one: approach(one, request))
-    quality = request.each(courses_of_quality(request, scenes, sequences), 'quality',
-                           follow_quality)
+    measured, walked, slow, quality = request.drawn(
+        (sequences, 'warm', partial(measure, request.ours)),
+        (walks(scenes, request.quick), 'over frames', partial(walk, request.ours)),
+        (slow_ones(request.quick), 'slow', partial(approach, request.ours)),
+        (courses_of_quality(scenes, sequences, request.quick), 'quality', follow_quality))
     settings = {
         'ours': f'{request.ours.description}, filled; cold: the frame before is forgotten, '
                 'the rows measured are kept',
@@ -71,6 +62,7 @@ def run(request):
         'error': 'percent off by more than 1 px, of the pixels that both cameras see; KITTI: '
                  '3 px, pixels with truth that are visible (noc), of frame 10',
         'flicker': 'percent of pixels that change by more than 1 px, the pan taken out',
+        **in_words(request.draws),
         'drive': 'cameras that drive through a street, turn, tilt and roll; the calibration is '
                  'given there, and for KITTI and EuRoC; backwards: from a frame to the one before',
         'pictured street': 'a drive through a street whose planes carry pictures of scikit-image',
@@ -85,15 +77,15 @@ def run(request):
                      {'warm.svg': draw_warm, 'over_frames.svg': draw_over_frames})
 
 
-def measure(sequence, request):
+def measure(ours, sequence, draw):
     """
-    Return the figures of a sequence as a dict: kind, path, and two figures of each matcher.
+    Return a list of the figures of a sequence, a dict: kind, path, two figures of each matcher.
 
     Name of the matcher: error in percent, NaN without truth. 'flicker, ' and the name: percentage
     of pixels that change by more than 1 px.
     """
-    frames, maps = sequence.read(), {name: [] for name in MATCHERS}
-    matchers = {name: request.ours.matcher(sequence.disparities, warm_start=True)
+    frames, maps = sequence.drawn(draw), {name: [] for name in MATCHERS}
+    matchers = {name: ours.matcher(sequence.disparities, warm_start=True)
                 for name in (COLD, WARM)}
     baseline = REFERENCE.matcher(sequence.family, sequence.disparities)
     for known in frames:
@@ -104,167 +96,159 @@ def measure(sequence, request):
         maps[BASELINE].append(dense(baseline.match(known.left, known.right)))
     found = {name: figures_of_sequence(sequence, frames, several)
              for name, several in maps.items()}
-    return {'kind': sequence.group, 'path': sequence.path,
-            **{name: figures['error'] for name, figures in found.items()},
-            **{f'flicker, {name}': figures['flicker'] for name, figures in found.items()}}
+    return [{'kind': sequence.group, 'path': sequence.path,
+             **{name: figures['error'] for name, figures in found.items()},
+             **{f'flicker, {name}': figures['flicker'] for name, figures in found.items()}}]
 
 
-def tables(measured):
-    """Return the tables of a list of figures of `measure`."""
-    found = pd.DataFrame(measured)
-    found[MORE] = found[WARM] - found[COLD]
-    costly = found.dropna(subset=MORE).sort_values([MORE, COLD, WARM, 'path'], ascending=False)
-    kinds = counted(found, 'kind', 'path').groupby('kind', sort=False)
-    means = kinds.mean(numeric_only=True)
+def tables(found):
+    """Return the tables of a DataFrame of figures of `measure`."""
+    found = found.assign(**{MORE: found[WARM] - found[COLD]})
+    costly = means_over_draws(found.dropna(subset=MORE), ['path'], [COLD, WARM, MORE]).sort_values(
+        [MORE, COLD, WARM, 'path'], ascending=False)
+    kinds = counted(found, 'kind', 'path')
+    means = means_over_draws(kinds, ['kind'], [
+        *MATCHERS, *(f'flicker, {name}' for name in MATCHERS)])
     means['warm / cold'] = means[WARM] / means[COLD].where(means[COLD] > 0)
-    means['worst warm - cold'] = kinds[MORE].max()
+    means['worst warm - cold'] = kinds.groupby('kind')[MORE].max()
     return [
         Table.of('Error and flicker, percent', means[[
             *MATCHERS, 'warm / cold', 'worst warm - cold',
             *(f'flicker, {name}' for name in MATCHERS)]],
-            '*Worst warm - cold*: on a single sequence of the line, in points.'),
-        Table.of('The sequences where the warm start costs most',
-                 costly.head(MOST).set_index('path')[[COLD, WARM, MORE]])]
+            '*Worst warm - cold*: in a draw of a single sequence of the line, in points.'),
+        Table.of('The sequences where the warm start costs most', costly.head(MOST))]
 
 
-class Approach(NamedTuple):
-    """Objects of a contrast, in grey levels, that come nearer at a speed, in px a frame."""
-
-    contrast: int
-    speed: float
-    seed: int
-
-    @property
-    def kind(self):
-        """The line of the table."""
-        return f'contrast {self.contrast}, {self.speed:g} px a frame'
+def slow_ones(quick):
+    """Return a `ScoredSequence` of objects that come nearer for each of SLOW and of the seeds."""
+    return [ScoredSequence(
+        f'contrast {contrast}, {speed:g} px a frame', f'seed {seed}', MIDDLEBURY,
+        MADE['disparities'], partial(approaching, contrast, speed, seed), noise=SLOW_NOISE)
+        for contrast, speed in (SLOW[:1] if quick else SLOW)
+        for seed in (MADE_SEEDS[:1] if quick else MADE_SEEDS)]
 
 
-def slow_ones(request):
-    """Return an `Approach` for each line of SLOW and each seed."""
-    return [Approach(*line, seed) for line in (SLOW[:1] if request.quick else SLOW)
-            for seed in (MADE_SEEDS[:1] if request.quick else MADE_SEEDS)]
+def approaching(contrast, speed, seed):
+    """Return frames of objects that come nearer; contrast: grey levels; speed: px a frame."""
+    return [ScoredPair(*made) for made in make_layers(
+        MADE['rows'], MADE['columns'], SLOW_FRAMES, seed, contrast, SLOW_BLUR, approach=speed)]
 
 
-def approach(one, request):
-    """Return the figures of an `Approach`: kind, seed, and bias of each frame by matcher, px."""
-    matchers = {name: request.ours.matcher(MADE['disparities'], warm_start=True)
-                for name in (COLD, WARM)}
-    biases = {name: [] for name in matchers}
-    for made in make_layers(MADE['rows'], MADE['columns'], SLOW_FRAMES, one.seed, one.contrast,
-                            SLOW_BLUR, approach=one.speed, noise=SLOW_NOISE):
+def approach(ours, sequence, draw):
+    """
+    Return a list of a dict of objects that come nearer: kind, seed, mean bias of matchers in px.
+
+    lowest: the bias of the warm matcher in the frame where it is the lowest
+    """
+    biases = {name: [] for name in (COLD, WARM)}
+    matchers = {name: ours.matcher(sequence.disparities, warm_start=True) for name in biases}
+    for made in sequence.drawn(draw):
         matchers[COLD].restore(None, matchers[COLD].rows)
         for name, matcher in matchers.items():
             off = matcher.match(made.left, made.right).disparity - made.truth
-            counts = made.visible & (made.truth > BACKGROUND) & (abs(off) < OUTLIER)
+            counts = made.counts & (made.truth > BACKGROUND) & (abs(off) < OUTLIER)
             biases[name].append(off[counts].mean())
-    return {'kind': one.kind, 'seed': one.seed,
-            **{name: np.array(found[SLOW_SCORED:]) for name, found in biases.items()}}
+    scored = {name: found[SLOW_SCORED:] for name, found in biases.items()}
+    return [{'kind': sequence.group, 'seed': sequence.name, 'lowest': min(scored[WARM]),
+             **{name: float(np.mean(found)) for name, found in scored.items()}}]
 
 
 def slow_table(measured):
-    """Return the table of a list of figures of `approach`."""
-    rows = {}
-    for kind, group in counted(pd.DataFrame(measured), 'kind', 'seed').groupby('kind', sort=False):
-        found = {name: np.stack(list(group[name])) for name in (COLD, WARM)}
-        rows[kind] = {name: of_matcher.mean() for name, of_matcher in found.items()}
-        rows[kind]['warm, worst sequence'] = found[WARM].mean(axis=1).min()
-        rows[kind]['warm, worst frame'] = found[WARM].min()
+    """Return the table of a DataFrame of figures of `approach`."""
+    found = counted(measured, 'kind', 'seed')
+    errors, lowest = means_over_draws(found, ['kind'], [COLD, WARM], 'min'), found.groupby(
+        'kind').min()
+    errors['warm, worst sequence'] = lowest[WARM]
+    errors['warm, worst frame'] = lowest.lowest
     return Table.of(
-        'Objects that come nearer slowly: mean error in px', pd.DataFrame(rows).T,
+        'Objects that come nearer slowly: mean error in px', errors,
         f'Below 0: seen too far away. Noise {SLOW_NOISE:g} grey levels; errors below '
         f'{OUTLIER:g} px, from frame {SLOW_SCORED} on.')
 
 
-def walks(request, scenes, kinds=KINDS):
-    """Return a `Walk` for each scene and each of the kinds."""
+def walks(scenes, quick, kinds=KINDS, frames=FRAMES[-1]):
+    """Return a `ScoredSequence` of each scene, still or panning, for each of the kinds."""
     classic = [scene for scene in scenes if scene.group in GROUPS] or [
         scene for scene in scenes if scene.family == MIDDLEBURY]
-    return [Walk(scene, kind) for scene in (classic[:1] if request.quick else classic)
-            for kind in kinds]
+    classic, frames = (classic[:1], QUICK_FRAMES[-1]) if quick else (classic, frames)
+    return [ScoredSequence(
+        f'{scene.group}, {kind}', scene.name, scene.family, scene.disparities,
+        partial(window, scene, KINDS[kind][1], frames), noise=KINDS[kind][0],
+        scored=range(frames - 1, frames)) for scene in classic for kind in kinds]
 
 
-def walk(request, one):
+def walk(ours, one, draw):
     """
-    Match the frames of a `Walk` warm; return a dict: group, scene, kind and errors in percent.
+    Match the frames of a walk warm; return a list of a dict: kind, scene and errors in percent.
 
-    Errors of the frames of FRAMES, and of the profile `quality` on one frame without noise.
+    Of FRAMES, and without noise of the profile `quality` on one frame.
     """
-    shown, scene = QUICK_FRAMES if request.quick else FRAMES, one.scene
-    matcher = request.ours.matcher(scene.disparities, warm_start=True)
-    errors = {}
-    for number, known in enumerate(window(scene, *KINDS[one.kind], shown[-1]), 1):
+    matcher, errors = ours.matcher(one.disparities, warm_start=True), {}
+    for number, known in enumerate(one.drawn(draw), 1):
         match = matcher.match(known.left, known.right)
-        if number in shown:
-            errors[f'frame {number}'] = bad_percent(match.disparity, known, scene.limit)
-    errors[QUALITY] = None
-    if one.kind == next(iter(KINDS)):       # the others of the scene share it
-        known = scene.read()
-        match = Ours('quality', 'quality').matcher(scene.disparities).match(
-            known.left, known.right)
-        errors[QUALITY] = bad_percent(match.disparity, known, scene.limit)
-    return {'group': scene.group, 'scene': scene.path, 'kind': one.kind, **errors}
+        if number in FRAMES:
+            errors[f'frame {number}'] = bad_percent(match.disparity, known, one.limit)
+    errors[QUALITY] = None if one.noise else _of_quality(one)
+    return [{'kind': one.group, 'scene': one.name, **errors}]
+
+
+def _of_quality(walk):
+    """Return the error of the profile `quality` on one frame without noise."""
+    clean = walk.read()[0]
+    return bad_percent(Ours('quality', 'quality').matcher(walk.disparities).match(
+        clean.left, clean.right).disparity, clean, walk.limit)
 
 
 def frames_table(walked):
-    """Return the table of a list of figures of `walk`."""
-    found = pd.DataFrame(walked)
-    found[QUALITY] = found.groupby('scene')[QUALITY].transform('first')
-    errors = counted(found).groupby(['group', 'kind'], sort=False).mean(numeric_only=True)
-    return Table.of(f'{OVER_FRAMES}, percent', errors.set_axis(map(', '.join, errors.index)))
+    """Return the table of a DataFrame of figures of `walk`."""
+    quality = walked.groupby('scene')[QUALITY].transform('first')
+    return Table.of(f'{OVER_FRAMES}, percent', means_over_draws(counted(walked.assign(
+        **{QUALITY: quality.where(walked.draw == 0)}), 'kind'), ['kind']))
 
 
-def courses_of_quality(request, scenes, sequences):
-    """Return what the profile `quality` is measured on: a `Walk` of each other scene, drives."""
-    still = walks(request, scenes, [QUALITY_KIND])
+def courses_of_quality(scenes, sequences, quick):
+    """Return what the profile `quality` is measured on: a walk of each other scene, drives."""
+    still = walks(scenes, quick, [QUALITY_KIND], QUALITY_FRAMES)
     return [*still[:4], *still[5::4], *(one for one in sequences if one.group in QUALITY_DRIVES)]
 
 
-def follow_quality(course):
+def follow_quality(course, draw):
     """
-    Match the frames of a `Walk` or a sequence by `quality`; return a dict of figures.
+    Match the frames of a sequence by the profile `quality`; return a list of a dict of figures.
 
     frame N: error in percent, last: of the last frame; cold, clean: of the last frame alone, as
     it is and without noise; flicker: percent of pixels that change by more than 1 px between the
     last two frames; time / cold: processor time of the last frame by that of the cold one
     """
-    walking = isinstance(course, Walk)
-    scene = course.scene if walking else course
-    frames = window(scene, *KINDS[QUALITY_KIND], QUALITY_FRAMES) if walking else list(
-        scene.read())
-    matchers = [Ours('quality', 'quality').matcher(scene.disparities, warm_start=warm)
+    walking, frames = course.group.endswith(QUALITY_KIND), course.drawn(draw)
+    matchers = [Ours('quality', 'quality').matcher(course.disparities, warm_start=warm)
                 for warm in (True, False)]
-    kind = f'{scene.group}, {course.kind}' if walking else course.group
-    found, maps = {'kind': kind, 'scene': scene.path}, ([], [])
+    found, maps = {'kind': course.group, 'scene': course.name}, ([], [])
     for number, known in enumerate(frames, 1):
         last, milliseconds = number == len(frames), [None, None]
         for side, matcher in enumerate(matchers):
             if side and number < len(frames) - 1:
                 continue
             match, milliseconds[side] = fastest(partial(
-                matcher.match, known.left, known.right, camera=getattr(course, 'camera', None)),
-                1, processor=True)
+                matcher.match, known.left, known.right, camera=course.camera), 1, processor=True)
             maps[side].append(match.disparity)
         if walking and number in QUALITY_SHOWN:
-            found[f'frame {number}'] = bad_percent(maps[0][-1], known, scene.limit)
+            found[f'frame {number}'] = bad_percent(maps[0][-1], known, course.limit)
         if last:
             found['last'], found['cold'] = (
-                bad_percent(several[-1], known, scene.limit) for several in maps)
+                bad_percent(several[-1], known, course.limit) for several in maps)
             found['time / cold'] = milliseconds[0] / milliseconds[1]
     if walking:
-        clean = scene.read()
-        found['clean'] = bad_percent(matchers[1].match(clean.left, clean.right).disparity, clean,
-                                     scene.limit)
+        found['clean'] = None if draw else _of_quality(course)      # the same for all draws
         for name, several in zip(('flicker', 'flicker, cold'), maps):
             found[name] = 100 * float(np.mean(abs(several[-1] - several[-2]) > 1))
-    return found
+    return [found]
 
 
 def quality_table(measured):
-    """Return the table of a list of figures of `follow_quality`."""
-    means = counted(pd.DataFrame(measured), 'kind', 'scene').groupby('kind', sort=False).mean(
-        numeric_only=True)
-    return Table.of('Profile quality over frames: error and flicker, percent', means,
+    """Return the table of a DataFrame of figures of `follow_quality`."""
+    return Table.of('Profile quality over frames: error and flicker, percent',
+                    means_over_draws(counted(measured, 'kind'), ['kind']),
                     'Cold: the last frame alone; clean: the scene without noise; last: with the '
                     'frames before.')
 

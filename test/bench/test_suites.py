@@ -10,6 +10,10 @@ from bench.__main__ import main, SUITES
 import pytest
 from rejected import rejection
 
+# What is said of rows, and of columns, that hold random noise.
+NOISE = re.compile(r'noise [1-9]|with noise|shot and read|sixth of the light|contrast \d|'
+                   'cut: |begun there|error, odd')
+WORST = re.compile(r'\d \([+-]?\d')
 PICTURES = {'accuracy': ['accuracy'], 'warm': ['warm', 'over_frames'], 'ablation': ['ablation']}
 
 
@@ -26,7 +30,11 @@ def test_a_suite_runs_in_its_short_form_and_fills_its_section(name, tmp_path, mo
         assert table['rows'], table['title']
         assert len(set(table['columns'])) == len(table['columns'])
         assert {len(row) for row in table['rows']} == {len(table['columns'])}
-    assert any(isinstance(value, float) for table in report['tables'] for row in table['rows']
+        for row in table['rows']:
+            said = ' '.join(map(str, (table['title'], *table['columns'], *row)))
+            assert any(isinstance(value, list) or WORST.search(str(value))
+                       for value in row[1:]) == bool(NOISE.search(said)), said
+    assert any(isinstance(value, (float, list)) for table in report['tables'] for row in table['rows']
                for value in row)
     page = (tmp_path / 'page.md').read_text()
     assert re.findall('<!-- begin of (.+) -->', page) == [report['name']]

@@ -3,7 +3,7 @@
 """Evolution from frame to frame: the kernels of its grid, and what it does to a sequence."""
 from dataclasses import replace
 
-from bench.datasets import with_noise
+from bench.draws import with_noise
 from census_scene import random_map, seen, small_pair, twin_costs
 from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
 from fuzzy_stereo_ros.matching.kernels.planes import costs, grid, grid_labels, grid_proposals

@@ -5,7 +5,7 @@ from dataclasses import replace
 from functools import cache
 from itertools import product
 
-from bench.datasets import with_noise
+from bench.draws import with_noise
 from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
 from fuzzy_stereo_ros.matching.realtime.still_scene import SETTLED
 from fuzzy_stereo_ros.synthetic.scenes import make_pair, make_sequence

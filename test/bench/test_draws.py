@@ -1,0 +1,61 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""A figure with noise is the mean of draws, which are the same for all, with the worst beside."""
+from collections import namedtuple
+import os
+
+from bench.conditions import under_condition
+from bench.draws import Drawn, means_over_draws, with_draw
+from bench.request import Request
+from made_scenes import small_scene
+import numpy as np
+import pandas as pd
+import pytest
+
+Item = namedtuple('Item', ('name', 'noise'))
+
+
+def where(item, draw):
+    return [{'name': item.name, 'process': os.getpid()}] * 2
+
+
+@pytest.mark.parametrize(('worst', 'of_draws'), [('max', max), ('min', min)])
+def test_scenes_are_averaged_within_a_draw_and_the_worst_draw_stands_beside_the_mean(
+        worst, of_draws):
+    random = np.random.default_rng()
+    draws = {name: random.integers(1, 9) for name in random.permutation(list('abcdef'))}
+    errors = {name: random.uniform(0, 99, (number, random.integers(1, 4)))
+              for name, number in draws.items()}
+    frame = pd.DataFrame([
+        {'name': name, 'scene': scene, 'draw': draw, 'error': error}
+        for name, several in errors.items() for draw, scenes in enumerate(several)
+        for scene, error in enumerate(scenes)])
+    found = means_over_draws(frame, ['name'], worst=worst).error
+    assert list(found.index) == list(errors)
+    for name, several in errors.items():
+        each = several.mean(axis=1)
+        printed = f'{each.mean():.2f} ({of_draws(each):.2f})'
+        assert f'{found[name]:.2f}' == (printed if len(each) > 1 else printed.split()[0])
+        assert isinstance(found[name], Drawn) == (len(each) > 1)
+
+
+def test_what_has_noise_is_matched_for_each_draw_and_what_has_none_once_and_alone_if_timed():
+    items = [Item('a', 1.5), Item('b', 0), Item('c', True)]
+    found, none = Request(draws=3).drawn((items, '', where), ([], '', where), timed=True)
+    assert list(found.name) == [*'bb', *'aaaaaa', *'cccccc']
+    assert list(found.draw) == [0, 0, *(0, 0, 1, 1, 2, 2) * 2]
+    assert set(found.name[found.process == os.getpid()]) == {'b'}
+    assert none.empty
+
+
+@pytest.mark.parametrize('make', [
+    lambda pair, draw: with_draw([pair], 1.5, draw)[0],
+    lambda pair, draw: with_draw([pair], 1.5, draw, alike=False)[0],
+    lambda pair, draw: under_condition(pair, 'shot and read noise, unlike columns', draw),
+    lambda pair, draw: under_condition(pair, 'a sixth of the light', draw)])
+def test_a_draw_is_the_same_each_time_and_others_differ(make):
+    pair = small_scene().read()
+    first, again, other = (make(pair, draw) for draw in (3, 3, 4))
+    for side in ('left', 'right'):
+        assert np.array_equal(getattr(first, side), getattr(again, side))
+        assert np.mean(getattr(first, side) != getattr(other, side)) > 0.5
