@@ -23,7 +23,7 @@ def where(item, draw):
 def test_scenes_are_averaged_within_a_draw_and_the_worst_draw_stands_beside_the_mean(
         worst, of_draws):
     random = np.random.default_rng()
-    draws = {name: random.integers(1, 9) for name in random.permutation(list('abcdef'))}
+    draws = dict(zip(random.permutation(list('abcdef')), (1, 2, 8, 1, 3, 5)))
     errors = {name: random.uniform(0, 99, (number, random.integers(1, 4)))
               for name, number in draws.items()}
     frame = pd.DataFrame([

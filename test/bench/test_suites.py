@@ -34,8 +34,8 @@ def test_a_suite_runs_in_its_short_form_and_fills_its_section(name, tmp_path, mo
             said = ' '.join(map(str, (table['title'], *table['columns'], *row)))
             assert any(isinstance(value, list) or WORST.search(str(value))
                        for value in row[1:]) == bool(NOISE.search(said)), said
-    assert any(isinstance(value, (float, list)) for table in report['tables'] for row in table['rows']
-               for value in row)
+    assert any(isinstance(value, (float, list)) for table in report['tables']
+               for row in table['rows'] for value in row)
     page = (tmp_path / 'page.md').read_text()
     assert re.findall('<!-- begin of (.+) -->', page) == [report['name']]
     assert re.findall(r'!\[.+\]\((.+)\.svg\)', page) == PICTURES.get(name, [])
