@@ -85,3 +85,28 @@ def vote(left, right, mask, numbers, labels):
                 curves[:, label] += left[:, row, column] * right[:, row, column - label]
                 counts[label] += bool(mask[row, column - label]) and row % COUNTED == 0
     return found
+
+
+def elect(found, region, labels, nearest, groups):
+    """
+    Return what a region elects, and the shares of halves, and of both halves, that do.
+
+    found: of `vote`; nearest: the lowest label that can be elected; groups: of columns of cells
+    """
+    cells = [(column % groups, *votes) for (of_region, _, column), votes in found.items()
+             if of_region == region]
+    seen = COUNTED * sum(counts for _, _, counts in cells)
+    spreads = np.sqrt(sum((curves.astype(float)**2).sum(1) for _, curves, _ in cells) / seen.sum())
+    allowed = (seen > 0.3 * seen.max()) & (np.arange(labels) >= nearest)
+
+    def best(half):
+        total = sum(curves for group, curves, _ in cells if group in half)
+        score = (total / spreads[:, None]).sum(0) / np.sqrt(np.maximum(seen, 1))
+        return np.where(allowed, score, -np.inf).argmax()
+    whole, agree = best(range(groups)), []
+    for split in range(1, groups):
+        both = [{group for group in range(groups) if (group & split).bit_count() % 2 == parity}
+                for parity in (0, 1)]
+        if all(any(group in half for group, *_ in cells) for half in both):
+            agree.append([abs(best(half) - whole) <= 1 for half in both])
+    return whole, np.mean(agree), np.mean([all(both) for both in agree])

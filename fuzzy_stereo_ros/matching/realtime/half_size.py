@@ -30,6 +30,7 @@ VOTED, VOTED_CUT = 2, 6  # weight of the prior of voted planes; largest cost, re
 WEAK_TEXTURE = 72       # sum of 18 grey steps below which texture is weak: 4 on average
 NOISY_STEPS = 28        # by how much noise of a grey level raises that; its steps sum to 20
 CLEAR = 4               # least margin, in summed cost, of a label of the prior
+SURE = 255              # what is not limited by the evidence of a plain region
 FLAT = 1                # largest range of labels in 3 x 3 pixels of the prior
 
 
@@ -39,13 +40,15 @@ class HalfSizeResult(NamedTuple):
 
     labels: uint8 or uint16 (R / 2, C / 2), dense; validity: uint8, which are consistent; chosen:
     the `SearchResult` before inconsistent labels were filled; prior: the `Prior` of the full
-    search where texture is weak
+    search where texture is weak; certainty: uint8 (R, C), of the map that plain regions have, in
+    1 / 255, 255 elsewhere
     """
 
     labels: np.ndarray
     validity: np.ndarray
     chosen: SearchResult
     prior: Prior
+    certainty: np.ndarray
 
 
 class HalfSize:
@@ -69,6 +72,8 @@ class HalfSize:
         labels_type = self._scanlines.chosen.labels.dtype
         self._validity, self.weak, self._smooth = (zeros(shape, np.uint8) for _ in range(3))
         self._labels, self._filled = (zeros(shape, labels_type) for _ in range(2))
+        self._certainty = zeros((rows, columns), np.uint8)
+        self._certainty[:] = SURE
         self._speckles = Speckles(*shape)
         self._steps = zeros(shape, np.uint16)
         self._prior = prior_of(zeros((rows, columns), gene_type(disparities)),
@@ -106,6 +111,7 @@ class HalfSize:
 
         def write_limits(band):
             index, first, last = band
+            self._certainty[2 * first:2 * last] = SURE
             filter_band(partial(cv2.medianBlur, ksize=MEDIAN), MEDIAN // 2, self._filled,
                         self._labels, (index, *widened(band, 1, rows)))
             disparity_ranges.weak_texture(self._steps, limit, self.weak, first, last)
@@ -118,12 +124,4 @@ class HalfSize:
         pool.each(lambda step: self._speckles.join(chosen.labels, step, bands), [1])
         pool.each(fill, bands)
         pool.each(write_limits, bands, beside(bands, 1))
-        return HalfSizeResult(self._labels, self._validity, chosen, prior)
-
-    def mutate(self, pool, mutation):
-        """
-        Give the map and the prior of the last search what a mutation (Stages.vote) takes.
-
-        pool: a ThreadPool, or a Chain
-        """
-        mutation.mutate(pool, self._labels, self._prior, VOTED)
+        return HalfSizeResult(self._labels, self._validity, chosen, prior, self._certainty)

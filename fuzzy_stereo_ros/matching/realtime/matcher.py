@@ -21,7 +21,7 @@ from fuzzy_stereo_ros.matching.match import Match
 from fuzzy_stereo_ros.matching.over_frames.pictures import NoiseEstimate
 from fuzzy_stereo_ros.matching.realtime.fitness import CensusFitness
 from fuzzy_stereo_ros.matching.realtime.frames import FrameEvolution, NothingInherited
-from fuzzy_stereo_ros.matching.realtime.half_size import HalfSize, TILE
+from fuzzy_stereo_ros.matching.realtime.half_size import HalfSize, TILE, VOTED
 from fuzzy_stereo_ros.matching.realtime.operators import NotMutated, Population, WeakRegions
 from fuzzy_stereo_ros.matching.realtime.plain_regions import PlainRegions
 from fuzzy_stereo_ros.matching.realtime.possibility import CensusPicture
@@ -135,7 +135,7 @@ class RealtimeMatcher:
             history += [replace(row, number=row.number + len(history)) for row in planes]
             watch.lap('evolution')
         before = sum(watch.times.values())
-        disparity, confidence = self._refine(chosen, best, watch)
+        disparity, confidence = self._refine(chosen, best, half.certainty, watch)
         match = Match(disparity, confidence, history, watch.times,
                       previous_prior is not None or inherited, warm.motion)
         if config.warm_start:
@@ -182,7 +182,7 @@ class RealtimeMatcher:
         searched = chain.stages_so_far()
         self._plain_regions.split(chain, found)     # by threads that the search needs no more
         half = self._half_size.complete(chain, views.full.left.grey, views.noise, searched)
-        self._half_size.mutate(chain, self._plain_regions)
+        self._plain_regions.mutate(chain, half, VOTED)
         chain.run()
         return half
 
@@ -220,15 +220,16 @@ class RealtimeMatcher:
         watch.lap(self._search.stage)
         return chosen, previous_prior
 
-    def _refine(self, chosen, best, watch):
+    def _refine(self, chosen, best, limits, watch):
         """
         Return the disparity and the confidence of the best chromosome, as `Refinement.write`.
 
-        chosen: the `SearchResult`; best: (R, C) labels
+        chosen: the `SearchResult`; best: (R, C) labels; limits: of the confidence, see there
         """
         chain, refinement, warm = Chain(self.pool), self._refinement, self._warm_start
         labels = refinement.smooth(chain, chosen.labels, best, self._views.full.left.grey)
-        result = refinement.write(chain, labels, chosen, warm.prior_margins, self._config)
+        result = refinement.write(
+            chain, labels, chosen, warm.prior_margins, limits, self._config)
         if self._config.warm_start:
             warm.keep(chain, labels, refinement.final_validity)
         chain.run()

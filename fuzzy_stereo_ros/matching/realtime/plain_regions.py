@@ -15,10 +15,10 @@ from typing import NamedTuple
 from fuzzy_stereo_ros.matching.arrays import zeros
 from fuzzy_stereo_ros.matching.bands import MOST_PARTS, widened
 from fuzzy_stereo_ros.matching.kernels.planes import plain_masks, plain_regions as kernels
-from fuzzy_stereo_ros.matching.kernels.planes.region_votes import judge
 from fuzzy_stereo_ros.matching.kernels.planes.segments import Likeness
 from fuzzy_stereo_ros.matching.kernels.simd import LANES
 from fuzzy_stereo_ros.matching.realtime.operators import GreyRegions
+from fuzzy_stereo_ros.matching.realtime.region_votes import judge
 import numpy as np
 
 PLAIN_STEP = 1.4     # grey levels over 2 px of a smoothed picture, below which it is plain
@@ -27,7 +27,6 @@ NEAREST = 3          # px of disparity; below it vignette, dust and the sensor's
 LEAST_REGION = 0.01  # of the picture, for a region to vote
 ANY_GREY = Likeness(step=2**16, apart=2**16, overlap=1)     # of the plain pixels of a region
 CLIP, LEAST_CLIP = 3.75, 12   # of mean sizes at which a band is clipped; in 1/64 grey level
-PARTS = 8            # of the regions, for threads
 
 
 class Texture:
@@ -47,7 +46,7 @@ class Texture:
         self.bands = kernels.TextureBands(
             zeros((kernels.BANDS, rows, columns), np.int16), zeros((rows, columns), np.uint16),
             zeros((rows, 2), np.int64))
-        self._totals = zeros((MOST_PARTS, kernels.BANDS, 3), np.int64)
+        self._totals = zeros((MOST_PARTS, kernels.BANDS, 2), np.int64)
 
     def mark(self, first, last):
         """Mark the plain pixels of some rows, once all of the half-size view is read."""
@@ -67,12 +66,11 @@ class Texture:
     def quantise(self, sums, band):
         """Quantise a band of rows, once all are split; sums: of their sizes and counts."""
         clips = np.array([max(CLIP * size // max(count, 1), LEAST_CLIP)
-                          for size, count, _ in sums], np.int64)
-        kernels.quantise(self.bands.values, self.bands.written, clips, self._totals[band[0]],
-                         *band[1:])
+                          for size, count in sums], np.int64)
+        kernels.quantise(self.bands.values, self.bands.written, clips, *band[1:])
 
     def sums(self):
-        """Return sizes, counts and squares of each band of texture: [[int, int, int]]."""
+        """Return sizes and counts of each band of texture: [[int, int]]."""
         return self._totals.sum(axis=0).tolist()
 
 
@@ -81,7 +79,8 @@ class Found(NamedTuple):
     The plain regions of a pair.
 
     regions: the fields of segments.Regions; places, starts: of number_cells; votes: the fields of
-    Votes; planes: float64 (regions, 3), see judge; accepted: uint8 (cells,), which take them
+    Votes; planes: float64 (regions, 3), see write_planes; accepted: uint8 (cells,), which take
+    them; certainty: uint8 (regions, 2), of the map and of the plane
     """
 
     regions: tuple
@@ -90,14 +89,11 @@ class Found(NamedTuple):
     votes: tuple
     planes: np.ndarray
     accepted: np.ndarray
+    certainty: np.ndarray
 
 
 class PlainRegions:
-    """
-    The mutation of one image size and its memory.
-
-    figures: float64 (regions, 5), what decided on each region of the last pair, see judge
-    """
+    """The mutation of one image size and its memory."""
 
     def __init__(self, views, min_disparity):
         """Allocate for the `Views` of pairs; min_disparity: px, that of label 0."""
@@ -114,7 +110,7 @@ class PlainRegions:
         self._base = full.left.columns - 1
         first, last = self._base - full.target_range[1], self._base - full.target_range[0]
         self._existing = (0, self._base), (max(first, 0), min(last, full.right.columns - 1))
-        self._found, self.figures = None, zeros((0, 5))
+        self._found = None
 
     def find(self, pool):
         """Find the plain regions of the left view; pool: a ThreadPool, or a Chain."""
@@ -138,12 +134,12 @@ class PlainRegions:
                 texture.split(existing, band)
         pool.each(partial(self._if_found, split), self._parts(pool), found)
 
-    def mutate(self, pool, half_labels, prior, weight):
+    def mutate(self, pool, half, weight):
         """
         Give the plain regions, once texture is split, the planes that they vote for.
 
-        pool: a ThreadPool, or a Chain; half_labels: (r, c), the half-size map, and prior: the
-        `Prior` of the full search, both written; weight: of the prior there
+        pool: a ThreadPool, or a Chain; half: the `HalfSizeResult`, whose labels, prior of the full
+        search and certainty are written; weight: of that prior where planes are taken
         """
         left, right, bands = self._left, self._right, self._parts(pool)
         target = right.bands.values, right.bands.seen, self._base
@@ -152,25 +148,22 @@ class PlainRegions:
             for texture in (left, right):
                 texture.quantise(texture.sums(), band)
             found = self._found
-            kernels.vote(left.bands.values, target, found.regions, found.places, half_labels,
-                         found.votes, *band[1:])
-
-        def judge_some(part):
-            found = self._found
-            for region in range(part, len(found.planes), PARTS):
-                power = np.array([square / max(count, 1) for _, count, square in right.sums()])
-                judge(found.votes, (found.places[region], *found.starts[region:region + 2]),
-                      self._disparities, self._nearest, power, found.planes[region],
-                      self.figures[region], found.accepted)
+            kernels.vote(left.bands.values, target, found.regions, found.places,
+                         (half.labels, half.validity), found.votes, *band[1:])
 
         def write(band):
-            found = self._found
+            found, prior = self._found, half.prior
             kernels.write_planes(
                 found.regions, (found.places, found.accepted), found.planes,
-                (half_labels, self._half_disparities), (prior.labels, self._disparities),
-                prior.weights, weight, *band[1:])
-        for work, items in ((vote, bands), (judge_some, range(PARTS)), (write, bands)):
-            pool.each(partial(self._if_found, work), items)
+                (half.labels, self._half_disparities), (prior.labels, self._disparities),
+                prior.weights, weight, (found.certainty, half.certainty), *band[1:])
+        pool.each(partial(self._if_found, vote), bands)
+        pool.each(partial(self._if_found, self._judge), [self._nearest])
+        pool.each(partial(self._if_found, write), bands)
+
+    def _judge(self, nearest):
+        """Judge the regions found; nearest: label from which on there is evidence."""
+        judge(self._found.votes, self._found, self._disparities, nearest)
 
     def _if_found(self, work, item):
         """Call work(item) if the pair has plain regions."""
@@ -185,7 +178,7 @@ class PlainRegions:
     def _list(self, sides):
         """List the cells that the regions reach into; sides: rows and columns of cells."""
         regions, number = self._regions.grown
-        self._found, self.figures = None, np.zeros((number, 5))
+        self._found = None
         if number == 0:
             return
         places, starts = np.empty((number, *sides), np.int32), np.zeros(number + 1, np.int32)
@@ -193,6 +186,6 @@ class PlainRegions:
         votes = tuple(kernels.Votes(
             np.zeros((cells, kernels.BANDS, self._labels), np.int16),
             np.zeros((cells, self._labels), np.int16),
-            np.zeros((cells, 4 + kernels.BANDS), np.int32)))
-        self._found = Found(regions, places, starts, votes, np.empty((number, 3)),
-                            np.zeros(cells, np.uint8))
+            np.zeros((cells, 5), np.int32)))
+        self._found = Found(regions, places, starts, votes, np.zeros((number, 3)),
+                            np.zeros(cells, np.uint8), np.zeros((number, 2), np.uint8))

@@ -159,13 +159,13 @@ class Refinement:
         pool.each(smooth_band, pool.parts(len(labels)))
         return self._labels
 
-    def write(self, pool, labels, chosen, prior_margins, config):
+    def write(self, pool, labels, chosen, prior_margins, limits, config):
         """
         Return the disparity and the confidence of the result.
 
         pool: a ThreadPool, or the Chain of `smooth`; labels: (R, C), smooth; chosen: the
         `SearchResult`, with sub-pixel offsets and margins; prior_margins: see
-        WarmStart.prior_margins.
+        WarmStart.prior_margins; limits: uint8 (R, C), of the confidence, in 1 / 255.
         disparity: float32 (R, C), px, NaN = invalid; confidence: float32 (R, C), 0 to 1
         """
         disparity, confidence = (np.empty(labels.shape, np.float32) for _ in range(2))
@@ -185,7 +185,7 @@ class Refinement:
             subpixel.smooth_offsets(labels, self._fitted, *self._rows[band[0]], self._fine,
                                     self._agreeing, *band[1:])
             subpixel.write_out(
-                (self._fine, self._agreeing), self.final_validity, self._around, rules,
+                (self._fine, self._agreeing), self.final_validity, self._around, limits, rules,
                 disparity, confidence, *band[1:])
         bands = pool.parts(len(labels))
         pool.each(write_band, bands, beside(bands))

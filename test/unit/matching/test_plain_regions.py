@@ -8,10 +8,12 @@ from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
 from fuzzy_stereo_ros.matching.bands import all_before, ThreadPool
 from fuzzy_stereo_ros.matching.kernels.planes import plain_regions as kernels
 from fuzzy_stereo_ros.matching.over_frames.pictures import NoiseEstimate
+from fuzzy_stereo_ros.matching.realtime.half_size import HalfSizeResult, SURE
 from fuzzy_stereo_ros.matching.realtime.matcher import Stages
 from fuzzy_stereo_ros.matching.realtime.operators import NotMutated
 from fuzzy_stereo_ros.matching.realtime.plain_regions import (
-    BURNT, CLIP, LEAST_CLIP, PLAIN_STEP, PlainRegions)
+    BURNT, CLIP, LEAST_CLIP, NEAREST, PLAIN_STEP, PlainRegions)
+from fuzzy_stereo_ros.matching.realtime.region_votes import elect, GROUPS, halves
 from fuzzy_stereo_ros.matching.realtime.scanlines import prior_of
 from fuzzy_stereo_ros.matching.realtime.views import Views
 import numpy as np
@@ -23,9 +25,9 @@ SIZE = 201, 321
 
 
 @cache
-def wall(noise=2.0, texture=0.25, slope=0.0, offset=0, size=SIZE, disparity=WALL):
+def wall(noise=2.0, texture=0.25, slope=0.0, offset=0, size=SIZE, disparity=WALL, seed=1):
     """Return a noisy pair, uint8, of a plain wall behind a textured object, and its truth."""
-    draw, (rows, columns) = np.random.default_rng(1), size
+    draw, (rows, columns) = np.random.default_rng(seed), size
     faint = cv2.GaussianBlur(draw.normal(size=(rows, columns + 200)), None, 1.3)
     strong = cv2.GaussianBlur(draw.normal(size=(rows, columns + 200)), None, 1.0)
     y, x = np.indices(size, np.float32)
@@ -58,16 +60,22 @@ def matched(pair, **options):
     return matcher.match(*pair[:2]).disparity, matcher.algorithm
 
 
-def found_and_mutated(plain_regions, pool, *prior):
-    """Find the plain regions of a pair, and give them their planes; prior: see mutate."""
+def half_size_result(labels, prior):
+    """Return the `HalfSizeResult` of consistent labels."""
+    return HalfSizeResult(labels, np.zeros(labels.shape, np.uint8), None, prior,
+                          np.full(prior.labels.shape, SURE, np.uint8))
+
+
+def found_and_mutated(plain_regions, pool, half, weight=2):
+    """Find the plain regions of a pair, and give them their planes; half: see mutate."""
     plain_regions.find(pool)
     plain_regions.split(pool, all_before)
-    plain_regions.mutate(pool, *prior)
+    plain_regions.mutate(pool, half, weight)
 
 
-def mutate(algorithm, half, prior):
+def mutate(algorithm, labels, prior):
     """Find the plain regions of the last pair again, and write their planes into a map."""
-    found_and_mutated(algorithm._plain_regions, algorithm.pool, half, prior, 2)
+    found_and_mutated(algorithm._plain_regions, algorithm.pool, half_size_result(labels, prior))
 
 
 def wrong(disparity, truth):
@@ -103,10 +111,29 @@ def test_a_slanted_wall_takes_a_slanted_plane():
     assert wrong(disparity, pair[2]) < 0.06
 
 
-def test_noise_alone_votes_for_nothing():
-    pair = wall(texture=0.0)
-    without, _ = matched(pair, stages=Stages(vote=NotMutated))
-    np.testing.assert_array_equal(matched(pair)[0], without)
+def test_a_wall_that_its_votes_do_not_decide_is_not_confident():
+    """Of what is sure in walls of no to enough texture, away from the object, all is right."""
+    sure, wrong, decided = 0, 0, []
+    for seed in range(24):
+        draw = np.random.default_rng(seed)
+        left, right, truth = wall(
+            noise=draw.uniform(1, 3), texture=draw.choice((0, 0.1, 0.2, 0.4)),
+            disparity=float(draw.integers(5, 20)), seed=seed)
+        match = made().match(left, right)
+        confident = (match.confidence >= 0.8)[:50, 2 * OBJECT:]
+        sure += confident.sum()
+        wrong += (confident & (abs(match.disparity - truth) > 1)[:50, 2 * OBJECT:]).sum()
+        decided.append(confident.mean() > 0.5)
+    assert wrong < 0.01 * sure
+    assert 5 < sum(decided) < 19
+
+
+def test_halves_are_those_of_all_splits():
+    groups = np.random.default_rng(3).integers(-99, 99, (2, GROUPS, 5)).astype(float)
+    for split, both in enumerate(np.moveaxis(halves(groups), 2, 0), 1):
+        second = np.array([(group & split).bit_count() % 2 for group in range(GROUPS)], bool)
+        for half, members in enumerate((~second, second)):
+            np.testing.assert_array_equal(both[:, half], groups[:, members].sum(1))
 
 
 def test_what_stays_at_disparity_0_is_no_evidence():
@@ -131,7 +158,7 @@ def test_a_textured_picture_is_matched_to_the_same_bits():
     left = draw.integers(0, 255, SIZE).astype(np.uint8)
     pair = left, np.roll(left, -9, 1)
     with_it, algorithm = matched(pair)
-    assert len(algorithm._plain_regions.figures) == 0
+    assert algorithm._plain_regions._found is None
     np.testing.assert_array_equal(with_it, matched(pair, stages=Stages(vote=NotMutated))[0])
 
 
@@ -176,13 +203,13 @@ def test_evidence_is_that_of_the_twin(size, min_disparity):
     half = np.full((size[0] // 2, size[1] // 2), 5, np.uint8)
     seen = {}
 
-    def keep(left, target, regions, places, half_labels, votes, *_):
+    def keep(left, target, regions, places, half_map, votes, *_):
         seen['vote'] = [np.copy(argument) for argument in (places, *votes[:2])]
     kept, pool = kernels.vote, ThreadPool(1)
     prior = prior_of(np.zeros(size, np.uint8), np.zeros(size, np.uint8), DISPARITIES, (0, 1))
     try:
         kernels.vote = lambda *arguments: (kept(*arguments), keep(*arguments))
-        found_and_mutated(plain, pool, half, prior, 1)
+        found_and_mutated(plain, pool, half_size_result(half, prior))
     finally:
         kernels.vote = kept
     places, curves, counts = seen['vote']
@@ -207,10 +234,16 @@ def test_evidence_is_that_of_the_twin(size, min_disparity):
             texture.bands.values[:, :, kernels.COLUMNS_AROUND:][:, :, :view.columns],
             textures[-1])
     numbers = twins.regions(plain._left.plain.mask[:, :size[1] // 2], plain._least)
-    assert numbers.max() + 1 == len(plain.figures) > 0
+    assert numbers.max() + 1 == len(plain._found.planes) > 0
     found = twins.vote(textures[0], textures[1][:, :, ::-1], masks[1][:, ::-1], numbers,
                        DISPARITIES) if min_disparity == 0 else {}
     for (of_region, row, column), (curve, count) in found.items():
         place = places[of_region, row, column]
         np.testing.assert_array_equal(curves[place, :, :DISPARITIES], curve)
         np.testing.assert_array_equal(counts[place, :DISPARITIES], count)
+    if min_disparity == 0:
+        election = elect(plain._found.votes, places, DISPARITIES, NEAREST)
+        expected = [twins.elect(found, of_region, DISPARITIES, NEAREST, GROUPS)
+                    for of_region in range(numbers.max() + 1)]
+        np.testing.assert_allclose(
+            np.transpose([election.best, election.halves, election.splits]), expected)

@@ -139,7 +139,8 @@ def test_parts_change_nothing(rows, columns, height, seed):
         refinement.validity[:], pool.parts = validity, lambda rows, bands=bands: bands
         labels = refinement.smooth(pool, chosen.labels, final, grey)
         found.append((labels, *refinement.write(
-            pool, labels, chosen, (prior_weight, MARGINS), MatcherConfig(disparities=30))))
+            pool, labels, chosen, (prior_weight, MARGINS), prior_weight, MatcherConfig(
+                disparities=30))))
         pool.close()
     for whole, parts in zip(*found):
         np.testing.assert_array_equal(whole, parts)
@@ -173,18 +174,19 @@ def written(shape, disparities, seed=0, validity=None, **changes):
     config = MatcherConfig(disparities=disparities, **changes)
     refinement = refinement_of(shape, disparities, final.dtype)
     refinement.final_validity[:] = validity
-    prior_weight = random_map(shape, 3, seed + 6)
-    disparity, confidence = refinement.write(POOL, final, chosen, (prior_weight, MARGINS), config)
+    prior_weight, limits = random_map(shape, 3, seed + 6), random_map(shape, 256, seed + 9)
+    disparity, confidence = refinement.write(
+        POOL, final, chosen, (prior_weight, MARGINS), limits, config)
     fine, agreeing = twins.fine_disparities(final, chosen.labels, chosen.offsets, validity)
     sure = twins.confidence(twins.certainty(
         chosen.sums, np.maximum(chosen.margins.astype(int) - MARGINS[prior_weight], 0), validity),
         agreeing, validity)
-    return disparity, confidence, fine, sure, validity
+    right = np.where(sure > 0, np.interp(10 * sure, range(11), CALIBRATION), 0)
+    return disparity, confidence, fine, np.minimum(right, limits / 255), validity
 
 
 def check(shape, disparities, seed=0, **changes):
-    disparity, confidence, fine, sure, validity = written(shape, disparities, seed, **changes)
-    right = np.where(sure > 0, np.interp(10 * sure, range(11), CALIBRATION), 0)
+    disparity, confidence, fine, right, validity = written(shape, disparities, seed, **changes)
     np.testing.assert_allclose(confidence, right, atol=1e-4)
     # Where the twin's certainty is rounded otherwise, the threshold decides by the kernel's.
     config = MatcherConfig(disparities=disparities, **changes)
@@ -217,13 +219,13 @@ def half_certain(shape):
 
 def test_a_pixel_as_sure_as_the_threshold_stays_valid():
     chosen, refinement = half_certain((5, 5))
-    labels, prior_weight = chosen.labels, no_prior((5, 5))
+    labels, *limits = chosen.labels, no_prior((5, 5)), np.full((5, 5), 255, np.uint8)
     confidence = float(refinement.write(
-        POOL, labels, chosen, prior_weight, MatcherConfig())[1][2, 2])
+        POOL, labels, chosen, *limits, MatcherConfig())[1][2, 2])
     assert confidence == pytest.approx(CALIBRATION[5], abs=1e-6)
     for threshold, known in ((confidence, True), (confidence + 1e-4, False)):
         disparity, _ = refinement.write(
-            POOL, labels, chosen, prior_weight, MatcherConfig(confidence_threshold=threshold))
+            POOL, labels, chosen, *limits, MatcherConfig(confidence_threshold=threshold))
         assert np.isfinite(disparity[2, 2]) == known
 
 

@@ -16,6 +16,7 @@ from fuzzy_stereo_ros.matching.kernels.possibility.features import MARGIN
 from fuzzy_stereo_ros.matching.kernels.simd import (
     add, bit_and, bit_xor, equal_bits, high_product, LANES, less, load, minimum, multiply,
     shift_left, shift_right, splat, store, subtract, total)
+from fuzzy_stereo_ros.matching.kernels.units import INVALID
 import numpy as np
 
 COLUMNS_AROUND = 4   # columns around a picture, as far as the widest mean reaches
@@ -50,8 +51,8 @@ class Votes(NamedTuple):
 
     curves: np.ndarray       # int16 (cells, BANDS, labels), sums of products
     counts: np.ndarray       # int16 (cells, labels), candidates that are seen, in COUNTED-th rows
-    cells: np.ndarray        # int32 (cells, 4 + BANDS): number of half-size pixels, sums of their
-    #                          columns, rows and labels, and the power of each band
+    cells: np.ndarray        # int32 (cells, 5): number of half-size pixels, sums of their columns,
+    #                          rows and labels, and how many of these are inconsistent
 
 
 class LabelMap(NamedTuple):
@@ -151,7 +152,7 @@ def split(luminance, plain, offset, existing, texture, sums, first, last):
     pixels 2 apart and those of the rows above and below, then of twice as far ones.
     luminance: uint16 (R, ...), with a margin; plain: the fields of PlainMask; offset: full column
     of its first pixel; existing: first and last full column that exist; texture: the fields of
-    TextureBands; sums: int64 (BANDS, 3), whose sizes and counts are written
+    TextureBands; sums: int64 (BANDS, 2), whose sizes and counts are written
     """
     (mask, ends), (bands, seen, written) = plain, texture
     rows, wide, stride = len(mask), bands.shape[2], luminance.shape[1]
@@ -195,15 +196,15 @@ def split(luminance, plain, offset, existing, texture, sums, first, last):
 
 
 @kernel
-def quantise(bands, written, clips, sums, first, last):
+def quantise(bands, written, clips, first, last):
     """
-    Scale bands so that a clip and what is beyond become LARGEST_VALUE; write sums of squares.
+    Scale bands so that a clip and what is beyond become LARGEST_VALUE.
 
-    bands, written: of TextureBands; sums: of split; clips: int64 (BANDS,), above LARGEST_VALUE
+    bands, written: of TextureBands; clips: int64 (BANDS,), above LARGEST_VALUE
     """
     values = bands.view(np.uint16).reshape(-1)
     for band in range(BANDS):
-        scale, power = splat(np.uint16(2 * LARGEST_VALUE * 2**15 // clips[band])), 0
+        scale = splat(np.uint16(2 * LARGEST_VALUE * 2**15 // clips[band]))
         for row in range(first, last):
             start = (band * bands.shape[1] + row) * bands.shape[2]
             for place in range(start + written[row, 0], start + written[row, 1], LANES):
@@ -213,9 +214,7 @@ def quantise(bands, written, clips, sums, first, last):
                 size = minimum(shift_left(size, 1), splat(np.uint16(SET_PIXEL)))
                 size = shift_right(add(high_product(size, scale), splat(np.uint16(1))), 1)
                 size = minimum(size, splat(np.uint16(LARGEST_VALUE)))
-                power += total(multiply(size, size))
                 store(values, place, subtract(bit_xor(size, negative), negative))
-        sums[band, 2] = power
 
 
 @kernel
@@ -246,15 +245,15 @@ def number_cells(regions, places, starts):
 
 
 @kernel
-def vote(left, target, regions, places, half_labels, votes, first, last):
+def vote(left, target, regions, places, half_map, votes, first, last):
     """
     Sum the products of the bands of regions with those of all candidates, cell by cell.
 
     left: the values of the left TextureBands; target: the fields of Target; regions: of
-    segments.Regions; places: of number_cells; half_labels: (r, c), the map at half size; votes:
-    the fields of Votes; first, last: the rows of whole cells
+    segments.Regions; places: of number_cells; half_map: the labels at half size and their
+    validity, (r, c); votes: the fields of Votes; first, last: the rows of whole cells
     """
-    right, seen, base = target
+    (right, seen, base), (half_labels, validity) = target, half_map
     begin, end, row_runs, region = regions
     curves, counts, cells = votes
     labels = curves.shape[2]
@@ -275,10 +274,9 @@ def vote(left, target, regions, places, half_labels, votes, first, last):
                     cell[1] += pixel
                     cell[2] += row
                     cell[3] += half_labels[row, pixel]
+                    cell[4] += validity[row, pixel] == INVALID
                 for band in range(BANDS):
                     line = left[band, row, COLUMNS_AROUND:]
-                    for column in range(2 * half, 2 * stop):
-                        cell[4 + band] += line[column] * line[column]
                     for block in range(0, labels, LANES):
                         sum_at = (place * BANDS + band) * labels + block
                         products = load(sums, sum_at)
@@ -299,28 +297,32 @@ def vote(left, target, regions, places, half_labels, votes, first, last):
 
 
 @kernel
-def write_planes(regions, cells, planes, half_map, full_map, weights, weight, first, last):
+def write_planes(regions, cells, planes, half_map, full_map, weights, weight, sure, first, last):
     """
     Write planes into a half-size map and into the prior of the full search, in accepted cells.
 
-    regions: the fields of segments.Regions; cells: places of number_cells, and uint8 by cell,
-    which are accepted; planes: float64 (regions, 3), of half-size x and y and full disparity;
-    half_map, full_map: the fields of a LabelMap, (r, c), and (R, C) of the prior; weights: uint8
-    (R, C), of the prior, which become `weight`; first, last: half-size rows
+    Everywhere in regions, write how sure that is. regions: the fields of segments.Regions; cells:
+    places of number_cells, and uint8 by cell, which are accepted; planes: float64 (regions, 3), of
+    half-size x and y and full disparity; half_map, full_map: the fields of a LabelMap, (r, c), and
+    (R, C) of the prior; weights: uint8 (R, C), of the prior, which become `weight`; sure: uint8
+    (regions, 2), of the map and of the plane, and uint8 (R, C), written; first, last: half-size
+    rows
     """
-    places, accepted = cells
+    (places, accepted), (of_region, certainty) = cells, sure
     begin, end, row_runs, region = regions
     (half_labels, half_disparities), (labels, disparities) = half_map, full_map
     half_highest, highest = np.int64(half_disparities - 1), np.int64(disparities - 1)
     for row in range(first, last):
         for run in range(row_runs[row, 0], row_runs[row, 1]):
-            if region[run] < 0 or np.isnan(planes[region[run], 0]):
+            if region[run] < 0:
                 continue
             slope, fall, offset = planes[region[run]]
             half = np.int64(begin[run])
             while half < end[run]:
                 stop = min(np.int64(end[run]), (half // HALF + 1) * HALF)
-                if accepted[places[region[run], row // CELL_ROWS, half // HALF]]:
+                taken = accepted[places[region[run], row // CELL_ROWS, half // HALF]]
+                certainty[2 * row:2 * row + 2, 2 * half:2 * stop] = of_region[region[run], taken]
+                if taken:
                     step = np.int64(slope * 2**15)      # a full pixel, in 1 / 2**16
                     for lower in range(2):
                         label = np.int64(2**16 * (

@@ -1,28 +1,21 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-The plane that the evidence of a plain region supports, and whether the region takes it.
+The evidence of the cells of plain regions, summed, and the planes that it supports.
 
 The evidence is a curve over the disparities for each cell, see plain_regions.py. A sum over cells
-is measured in standard deviations of the evidence of the other disparities, so that no estimate of
-noise is needed.
+is measured in its standard deviations if cells were independent, so that no estimate of noise is
+needed. What is taken of it is decided in realtime/region_votes.py.
 """
 from typing import NamedTuple
 
 from fuzzy_stereo_ros.matching.kernels.addresses import median
 from fuzzy_stereo_ros.matching.kernels.compiled import called, inlined, kernel
-from fuzzy_stereo_ros.matching.kernels.planes.plain_regions import BANDS, COUNTED, Votes
+from fuzzy_stereo_ros.matching.kernels.planes.plain_regions import BANDS, COUNTED
 import numpy as np
 
 APART = 3            # px from the best disparity; nearer ones count as the same
-LOWEST = 6.5         # deviations that the best disparity must have
-LEAD = 2.0           # deviations by which it must exceed the map
 TILTED = 2.0         # deviations that a slant must gain
-SECOND_BEST = 0.6    # share of its deviations that the second best disparity may reach
-AGREE = 1            # px by which both halves of the region may differ from it
-DECISIVE = 4.0       # mean deviations of the plane in 3 x 3 cells from which windows can match it
-LENIENT = -2.5       # deviations by which the map may exceed the plane in cells that accept it
-VISIBLE = 0.3        # least share of visible pixels, of the most that any disparity has
 TILTS, MOST_TILTED = (2.0, 1.0, 0.5, 0.25), 6.0  # px at the border of a region: at a time, in all
 SAMPLES = 8          # wrong disparities that show the evidence of a cell by chance
 GAIN = 0.05          # deviations that a step must gain
@@ -34,40 +27,6 @@ class RegionCells(NamedTuple):
     places: np.ndarray   # int32 (cell rows, cell columns), numbers of cells, below 0 for none
     start: int
     stop: int
-
-
-@inlined
-def _score(totals, counts, valid, floors, scores, middles, spreads, deviations):
-    """Write the deviations of each disparity, -9 where it is not valid; middle and spread."""
-    labels = valid.size
-    deviations[:] = 0
-    for band in range(BANDS):
-        number = 0
-        for label in range(labels):
-            if valid[label]:
-                scores[number] = totals[band, label] / np.sqrt(float(max(counts[label], 1)))
-                number += 1
-        middle = median(scores, number)
-        for place in range(number):
-            scores[place] = abs(scores[place] - middle)
-        spread = max(1.48 * median(scores, number), floors[band]) + 1e-6
-        middles[band], spreads[band] = middle, spread
-        for label in range(labels):
-            deviations[label] += (
-                totals[band, label] / np.sqrt(float(max(counts[label], 1))) - middle) / spread
-    for label in range(labels):
-        if not valid[label]:
-            deviations[label] = -9
-
-
-@inlined
-def _best(deviations, nearest):
-    """Return the label with the most evidence, from the label `nearest` on."""
-    best = min(nearest, deviations.size - 1)
-    for label in range(best, deviations.size):
-        if deviations[label] > deviations[best]:
-            best = label
-    return best
 
 
 @inlined
@@ -110,37 +69,32 @@ def spread_around(values, places, start, result):
                 result[places[row, column] - start] = _around(values, places, start, row, column)
 
 
-@called(allocates=True)
-def sum_cells(votes, places, power, totals, seen, floors):
+@kernel
+def sum_groups(votes, places, totals, seen, squares):
     """
-    Sum the cells of a region, all of them and each half, chequered.
+    Sum the cells of each region by columns of cells, in as many groups as `totals` has, in turn.
 
-    totals: int32 (3, BANDS, labels), seen: int32 (3, labels), 0 at first: the whole and both
-    halves; floors: float64 (BANDS,), standard deviation of products of independent pixels
+    votes: the fields of Votes; places: of number_cells; totals: float64 (regions, groups, BANDS,
+    labels), seen: float64 (regions, labels), squares: float64 (regions, groups, BANDS), of the
+    sums of single cells, all 0 at first
     """
-    curves, counts, cells = votes
-    labels, pixels = seen.shape[1], 0
-    floors[:] = 0
-    for row in range(places.shape[0]):
-        for column in range(places.shape[1]):
-            place = places[row, column]
-            if place < 0:
-                continue
-            numbers, count = seen[1 + (row + column) % 2], counts[place]
-            for label in range(labels):
-                numbers[label] += np.int32(COUNTED) * count[label]
-            pixels += cells[place, 0]
-            for band in range(BANDS):
-                floors[band] += cells[place, 4 + band]
-                target, curve = totals[1 + (row + column) % 2, band], curves[place, band]
+    curves, counts, _ = votes
+    groups, labels = totals.shape[1], totals.shape[3]
+    for region in range(len(totals)):
+        for row in range(places.shape[1]):
+            for column in range(places.shape[2]):
+                place = places[region, row, column]
+                if place < 0:
+                    continue
+                mine, count = column % groups, counts[place]
                 for label in range(labels):
-                    target[label] += curve[label]
-    for label in range(labels):
-        seen[0, label] = seen[1, label] + seen[2, label]
-    for band in range(BANDS):
-        for label in range(labels):
-            totals[0, band, label] = totals[1, band, label] + totals[2, band, label]
-        floors[band] = np.sqrt(floors[band] / (2 * pixels) * power[band])
+                    seen[region, label] += COUNTED * count[label]
+                for band in range(BANDS):
+                    target, curve, square = totals[region, mine, band], curves[place, band], 0.0
+                    for label in range(labels):
+                        target[label] += curve[label]
+                        square += np.float64(curve[label]) * curve[label]
+                    squares[region, mine, band] += square
 
 
 @called(allocates=True)
@@ -258,77 +212,40 @@ def by_chance(weighted, valid, places, start, nearest, best):
 
 
 @kernel(allocates=True)
-def judge(votes, region, disparities, nearest, power, plane, figures, accepted):
+def compare(votes, region, spreads, deviations, valid, limits, plane, lead):
     """
-    Write the plane with the most evidence in a region; return whether the region takes it.
+    Tilt the plane of a region to where it has the most evidence, and compare it with the map.
 
-    votes: the fields of Votes; region: those of RegionCells; nearest: label from which on there
-    is evidence; power: float64 (BANDS,), mean square of the other view; plane: float64 (3,), of
-    half-size x and y and full disparity, NaN where none is taken; figures: float64 (5,):
-    deviations of the best disparity, of the second best, difference of the halves in px,
-    deviations of the map, and mean deviations of the plane in 3 x 3 cells; accepted: uint8
-    (cells,), where the plane is taken
+    Returns the evidence for the plane and for the map, in deviations from none, and how decisive
+    3 x 3 cells are: the mean evidence of the plane there, in those of wrong disparities.
+    votes: the fields of Votes; region: those of RegionCells; spreads: float64 (BANDS,), deviations
+    of each band; deviations: float64 (labels,), the evidence of each, from that of their median
+    on; valid: bool (labels,), seen often enough; limits: the label from which on there is
+    evidence, the one with the most of it, and their median; plane: float64 (3,), written, of
+    half-size x and y and full disparity; lead: float64 (cells,), written, by how much the
+    evidence for the plane in 3 x 3 cells exceeds that of the map, in those of wrong disparities
     """
-    votes, (places, start, stop) = Votes(*votes), region
-    curves, counts, cells = votes
-    number, labels = stop - start, disparities
-    plane[:], figures[:] = np.nan, 0
-    totals = np.zeros((3, BANDS, labels), np.int32)
-    seen_by, floors = np.zeros((3, labels), np.int32), np.zeros(BANDS)
-    sum_cells(votes, places, power, totals, seen_by, floors)
-    valid, most = np.zeros(labels, np.bool_), 0
-    for label in range(labels):
-        most = max(most, seen_by[0, label])
-    for label in range(labels):
-        valid[label] = seen_by[0, label] > VISIBLE * most
-    if not most:
-        return False
-    scores, deviations, bests = np.zeros(labels), np.zeros(labels), np.zeros(3, np.int64)
-    middles, spreads = np.zeros(BANDS), np.zeros(BANDS)
-    for part in (2, 1, 0):      # the whole last: its deviations stay
-        _score(totals[part], seen_by[part], valid, floors, scores, middles, spreads, deviations)
-        bests[part] = _best(deviations, nearest)
-    best, second, others = bests[0], -9.0, 0
-    for label in range(nearest, labels):
-        if valid[label] and abs(label - best) > APART:
-            second, others = max(second, deviations[label]), others + 1
-    figures[0], figures[1] = deviations[best], second
-    figures[2] = max(abs(bests[1] - best), abs(bests[2] - best))
-    if (others <= APART or deviations[best] < LOWEST or second > SECOND_BEST * deviations[best]
-            or figures[2] > AGREE):
-        return False
-
+    (curves, counts, cells), (places, start, stop) = votes, region
+    nearest, best, middle = limits
+    number, labels = stop - start, deviations.size
     weighted, seen = np.zeros((number, labels)), np.zeros((number, labels))
-    right, down, of_map, of_plane, around = (np.zeros(number), np.zeros(number), np.zeros(number),
-                                             np.zeros(number), np.zeros(number))
+    right, down, of_map, of_plane = (np.zeros(number), np.zeros(number), np.zeros(number),
+                                     np.zeros(number))
     weigh(curves, counts, start, spreads, weighted, seen)
     x, y, wide, high = centres(cells, start, right, down)
-    middle = 0.0
-    for band in range(BANDS):
-        middle += middles[band] / spreads[band]
     evidence, (level, slope, fall) = climb(weighted, seen, right, down,
                                            _between(deviations, best), of_plane)
-    figures[0] = evidence - middle
-    figures[3] = evidence_of_map(
-        cells, places, start, nearest, weighted, seen, of_map) - middle
-    if figures[0] < figures[3] + LEAD:
-        return False
-
-    spread_around(of_plane, places, start, around)
-    usual = by_chance(weighted, valid, places, start, nearest, best)
-    total = pixels = 0.0
-    for place in range(number):
-        total += around[place] * cells[start + place, 0]
-        pixels += cells[start + place, 0]
-    figures[4] = total / pixels / usual
-    if figures[4] >= DECISIVE:
-        return False
-    limit = max(figures[4] - DECISIVE, LENIENT) * usual
-    for place in range(number):
-        of_plane[place] -= of_map[place]
-    spread_around(of_plane, places, start, around)
-    for place in range(number):
-        accepted[start + place] = around[place] > limit
+    known = evidence_of_map(cells, places, start, nearest, weighted, seen, of_map)
     plane[0], plane[1] = slope / wide, fall / high
     plane[2] = level - plane[0] * x - plane[1] * y
-    return True
+    usual = by_chance(weighted, valid, places, start, nearest, best)
+    spread_around(of_plane, places, start, lead)
+    total = pixels = 0.0
+    for place in range(number):
+        total += lead[place] * cells[start + place, 0]
+        pixels += cells[start + place, 0]
+        of_plane[place] -= of_map[place]
+    spread_around(of_plane, places, start, lead)
+    for place in range(number):
+        lead[place] /= usual
+    return evidence - middle, known - middle, total / pixels / usual

@@ -117,26 +117,29 @@ class OutputRules(NamedTuple):
 
 
 @kernel
-def write_out(fitted, validity, certain, rules, disparity, confidence, first, last):
+def write_out(fitted, validity, certain, limits, rules, disparity, confidence, first, last):
     """
     Write disparities in pixels and their confidence.
 
     A disparity that few neighbours found has less confidence: the surface ends there.
 
     fitted: `fine` and `agreeing` of smooth_offsets; validity: uint8 (R, C); certain: int32 (R, C),
-    certainties summed over the pixels around; rules: the fields of OutputRules, float32; the
-    confidence is the least of the lines and 1; disparity, confidence: float32 (R, C), written.
+    certainties summed over the pixels around; limits: uint8 (R, C), of the confidence, in 1 / 255;
+    rules: the fields of OutputRules, float32; the confidence is the least of the lines and the
+    limit; disparity, confidence: float32 (R, C), written.
     What is not consistent, or has no certain pixel around, has confidence 0.
     """
     (fine, agreeing), (lowest, highest, lines, threshold, fill) = fitted, rules
     for row in range(first, last):
         of_area, agree, share = certain[row], agreeing[row], confidence[row]
+        limit = limits[row]
         for column in range(share.size):
             score = np.float32(of_area[column]) * np.float32(agree[column])
-            sure = np.float32(1)
+            sure = np.float32(limit[column]) * np.float32(1 / 255)
             for line in range(LINES):
                 sure = min(sure, lines[line, 0] + lines[line, 1] * score)
-            enough = (validity[row, column] == CONSISTENT) & (of_area[column] > 0)
+            enough = ((validity[row, column] == CONSISTENT) & (of_area[column] > 0)
+                      & (limit[column] > 0))
             sure = sure if enough else np.float32(0)
             share[column] = sure
             value = np.float32(fine[row, column]) * np.float32(1 / STEPS) + lowest

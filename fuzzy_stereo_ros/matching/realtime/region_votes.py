@@ -1,0 +1,104 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""
+What plain regions vote for, how sure that is, and whether they take it.
+
+No estimate of noise is needed. A region is split into halves in many ways, and each half elects a
+disparity of its own: if the evidence is chance, they differ. Halves are of whole columns, since
+columns of a sensor differ. A map found by chance is as often consistent as not, so that
+inconsistent pixels tell how much of a map is right.
+"""
+from typing import NamedTuple
+
+from fuzzy_stereo_ros.matching.kernels.planes import region_votes as kernels
+from fuzzy_stereo_ros.matching.kernels.planes.plain_regions import BANDS
+import numpy as np
+
+GROUPS = 32          # of columns of cells, a power of 2: split into halves in GROUPS - 1 ways
+VISIBLE = 0.3        # least share of visible pixels, of the most that any disparity has
+LEAST_LABELS = 2 * kernels.APART + 2  # that are visible, for an election
+AGREE = 1            # px by which the choice of a half may differ from that of the region
+LEAD = 2.0           # deviations by which a plane must exceed what is consistent of the map
+DECISIVE = 4.0       # mean deviations of the plane in 3 x 3 cells from which windows can match it
+LENIENT = -2.5       # deviations by which the map may exceed the plane in cells that accept it
+SURE = 255           # of a certainty
+
+
+class Election(NamedTuple):
+    """What each region elects, and the evidence."""
+
+    deviations: np.ndarray   # float64 (regions, labels), from that of the median label on
+    medians: np.ndarray      # float64 (regions,), the deviations of that label
+    valid: np.ndarray        # bool (regions, labels), visible often enough
+    spreads: np.ndarray      # float64 (regions, BANDS), deviations of each band
+    best: np.ndarray         # int64 (regions,)
+    halves: np.ndarray       # float64 (regions,), share of halves that elect it
+    splits: np.ndarray       # float64 (regions,), share of splits both of whose halves elect it
+
+
+def halves(groups):
+    """
+    Return the sums of both halves of a number of groups, split in all ways of a Hadamard matrix.
+
+    groups: (regions, GROUPS, labels). Result: (regions, 2, GROUPS - 1, labels)
+    """
+    regions, number, labels = groups.shape
+    sums, apart = groups, number // 2
+    while apart:
+        first, second = np.moveaxis(sums.reshape(regions, -1, 2, apart, labels), 2, 0)
+        sums, apart = np.stack([first + second, first - second], 2), apart // 2
+    sums = sums.reshape(groups.shape)
+    whole, difference = sums[:, :1], sums[:, 1:]
+    return np.stack([whole + difference, whole - difference], 1) / 2
+
+
+def elect(votes, places, labels, nearest):
+    """
+    Return the `Election` of some regions.
+
+    votes: the fields of Votes; places: of number_cells; nearest: label from which on there is
+    evidence
+    """
+    regions = len(places)
+    totals, seen = np.zeros((regions, GROUPS, BANDS, labels)), np.zeros((regions, labels))
+    squares = np.zeros((regions, GROUPS, BANDS))
+    kernels.sum_groups(votes, places, totals, seen, squares)
+    most = seen.max(1, keepdims=True)
+    valid = (seen > VISIBLE * most) & (most > 0)
+    valid &= valid.sum(1, keepdims=True) >= LEAST_LABELS
+    spreads = np.sqrt(squares.sum(1) / np.maximum(seen.sum(1, keepdims=True), 1)) + 1e-6
+    groups = (totals / spreads[:, None, :, None]).sum(2)
+    groups /= np.sqrt(np.maximum(seen, 1))[:, None]
+    evidence = groups.sum(1)
+    medians = np.nanmedian(np.where(valid | ~valid.any(1, keepdims=True), evidence, np.nan), 1)
+    allowed = valid & (np.arange(labels) >= nearest)
+    best = np.where(allowed, evidence, -np.inf).argmax(1)
+    choices = np.where(allowed[:, None, None], halves(groups), -np.inf).argmax(3)
+    split = (halves(squares) > 0).all((1, 3)) & allowed.any(1, keepdims=True)
+    agreeing = (abs(choices - best[:, None, None]) <= AGREE) & split[:, None]
+    number = np.maximum(split.sum(1), 1)
+    return Election(evidence - medians[:, None], medians, valid, spreads, best,
+                    agreeing.mean(1).sum(1) / number, agreeing.all(1).sum(1) / number)
+
+
+def judge(votes, found, labels, nearest):
+    """
+    Write the planes that regions take, the cells that take them, and how sure map and plane are.
+
+    found: the `Found` regions; votes, labels, nearest: see `elect`
+    """
+    election, starts, cells = elect(votes, found.places, labels, nearest), found.starts, votes[2]
+    pixels, inconsistent = np.add.reduceat(cells[:, [0, 4]], starts[:-1]).T
+    consistent = 1 - inconsistent / pixels
+    right = np.maximum(2 * consistent - 1, 0)   # share of the map
+    found.certainty[:, 0] = SURE * right
+    found.certainty[:, 1] = SURE * election.splits
+    for region in np.flatnonzero(election.halves > right):
+        place = slice(*starts[region:region + 2])
+        lead = np.zeros(place.stop - place.start)
+        of_plane, of_map, decisive = kernels.compare(
+            votes, (found.places[region], place.start, place.stop), election.spreads[region],
+            election.deviations[region], election.valid[region],
+            (nearest, election.best[region], election.medians[region]), found.planes[region], lead)
+        if of_plane > consistent[region] * of_map + LEAD and decisive < DECISIVE:
+            found.accepted[place] = lead > max(decisive - DECISIVE, LENIENT)
