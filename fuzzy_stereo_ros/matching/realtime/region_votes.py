@@ -27,29 +27,13 @@ SURE = 255           # of a certainty
 class Election(NamedTuple):
     """What each region elects, and the evidence."""
 
-    deviations: np.ndarray   # float64 (regions, labels), from that of the median label on
-    medians: np.ndarray      # float64 (regions,), the deviations of that label
+    deviations: np.ndarray   # float64 (regions, labels)
+    means: np.ndarray        # float64 (regions,), of the deviations
     valid: np.ndarray        # bool (regions, labels), visible often enough
     spreads: np.ndarray      # float64 (regions, BANDS), deviations of each band
     best: np.ndarray         # int64 (regions,)
-    halves: np.ndarray       # float64 (regions,), share of halves that elect it
-    splits: np.ndarray       # float64 (regions,), share of splits both of whose halves elect it
-
-
-def halves(groups):
-    """
-    Return the sums of both halves of a number of groups, split in all ways of a Hadamard matrix.
-
-    groups: (regions, GROUPS, labels). Result: (regions, 2, GROUPS - 1, labels)
-    """
-    regions, number, labels = groups.shape
-    sums, apart = groups, number // 2
-    while apart:
-        first, second = np.moveaxis(sums.reshape(regions, -1, 2, apart, labels), 2, 0)
-        sums, apart = np.stack([first + second, first - second], 2), apart // 2
-    sums = sums.reshape(groups.shape)
-    whole, difference = sums[:, :1], sums[:, 1:]
-    return np.stack([whole + difference, whole - difference], 1) / 2
+    shares: np.ndarray       # float64 (regions, 2), of halves that elect it, and of splits both of
+    #                          whose halves do
 
 
 def elect(votes, places, labels, nearest):
@@ -60,25 +44,19 @@ def elect(votes, places, labels, nearest):
     evidence
     """
     regions = len(places)
-    totals, seen = np.zeros((regions, GROUPS, BANDS, labels)), np.zeros((regions, labels))
-    squares = np.zeros((regions, GROUPS, BANDS))
+    totals = np.zeros((regions, GROUPS, BANDS, labels), np.int32)
+    squares, seen = np.zeros(totals.shape[:3], np.int64), np.zeros((regions, labels), np.int32)
     kernels.sum_groups(votes, places, totals, seen, squares)
-    most = seen.max(1, keepdims=True)
-    valid = (seen > VISIBLE * most) & (most > 0)
+    valid = seen > VISIBLE * seen.max(1, keepdims=True)
     valid &= valid.sum(1, keepdims=True) >= LEAST_LABELS
     spreads = np.sqrt(squares.sum(1) / np.maximum(seen.sum(1, keepdims=True), 1)) + 1e-6
-    groups = (totals / spreads[:, None, :, None]).sum(2)
-    groups /= np.sqrt(np.maximum(seen, 1))[:, None]
-    evidence = groups.sum(1)
-    medians = np.nanmedian(np.where(valid | ~valid.any(1, keepdims=True), evidence, np.nan), 1)
-    allowed = valid & (np.arange(labels) >= nearest)
-    best = np.where(allowed, evidence, -np.inf).argmax(1)
-    choices = np.where(allowed[:, None, None], halves(groups), -np.inf).argmax(3)
-    split = (halves(squares) > 0).all((1, 3)) & allowed.any(1, keepdims=True)
-    agreeing = (abs(choices - best[:, None, None]) <= AGREE) & split[:, None]
-    number = np.maximum(split.sum(1), 1)
-    return Election(evidence - medians[:, None], medians, valid, spreads, best,
-                    agreeing.mean(1).sum(1) / number, agreeing.all(1).sum(1) / number)
+    scales = 1 / np.sqrt(np.maximum(seen, 1))
+    groups = np.einsum('rgbl,rb,rl->rgl', totals, 1 / spreads, scales)
+    deviations, allowed = groups.sum(1), valid & (np.arange(labels) >= nearest)
+    best, shares = np.where(allowed, deviations, -np.inf).argmax(1), np.zeros((regions, 2))
+    kernels.elect_by_halves(groups, squares.any(2), allowed, best, AGREE, shares)
+    means = (deviations * valid).sum(1) / np.maximum(valid.sum(1), 1)
+    return Election(deviations, means, valid, spreads, best, shares)
 
 
 def judge(votes, found, labels, nearest):
@@ -92,13 +70,13 @@ def judge(votes, found, labels, nearest):
     consistent = 1 - inconsistent / pixels
     right = np.maximum(2 * consistent - 1, 0)   # share of the map
     found.certainty[:, 0] = SURE * right
-    found.certainty[:, 1] = SURE * election.splits
-    for region in np.flatnonzero(election.halves > right):
+    found.certainty[:, 1] = SURE * election.shares[:, 1]
+    for region in np.flatnonzero(election.shares[:, 0] > right):
         place = slice(*starts[region:region + 2])
         lead = np.zeros(place.stop - place.start)
         of_plane, of_map, decisive = kernels.compare(
             votes, (found.places[region], place.start, place.stop), election.spreads[region],
             election.deviations[region], election.valid[region],
-            (nearest, election.best[region], election.medians[region]), found.planes[region], lead)
+            (nearest, election.best[region], election.means[region]), found.planes[region], lead)
         if of_plane > consistent[region] * of_map + LEAD and decisive < DECISIVE:
             found.accepted[place] = lead > max(decisive - DECISIVE, LENIENT)

@@ -13,7 +13,7 @@ from fuzzy_stereo_ros.matching.realtime.matcher import Stages
 from fuzzy_stereo_ros.matching.realtime.operators import NotMutated
 from fuzzy_stereo_ros.matching.realtime.plain_regions import (
     BURNT, CLIP, LEAST_CLIP, NEAREST, PLAIN_STEP, PlainRegions)
-from fuzzy_stereo_ros.matching.realtime.region_votes import elect, GROUPS, halves
+from fuzzy_stereo_ros.matching.realtime.region_votes import elect, GROUPS
 from fuzzy_stereo_ros.matching.realtime.scanlines import prior_of
 from fuzzy_stereo_ros.matching.realtime.views import Views
 import numpy as np
@@ -128,14 +128,6 @@ def test_a_wall_that_its_votes_do_not_decide_is_not_confident():
     assert 5 < sum(decided) < 19
 
 
-def test_halves_are_those_of_all_splits():
-    groups = np.random.default_rng(3).integers(-99, 99, (2, GROUPS, 5)).astype(float)
-    for split, both in enumerate(np.moveaxis(halves(groups), 2, 0), 1):
-        second = np.array([(group & split).bit_count() % 2 for group in range(GROUPS)], bool)
-        for half, members in enumerate((~second, second)):
-            np.testing.assert_array_equal(both[:, half], groups[:, members].sum(1))
-
-
 def test_what_stays_at_disparity_0_is_no_evidence():
     pair = wall(disparity=0, noise=0.5)
     for min_disparity in (0, -8):
@@ -246,4 +238,4 @@ def test_evidence_is_that_of_the_twin(size, min_disparity):
         expected = [twins.elect(found, of_region, DISPARITIES, NEAREST, GROUPS)
                     for of_region in range(numbers.max() + 1)]
         np.testing.assert_allclose(
-            np.transpose([election.best, election.halves, election.splits]), expected)
+            np.column_stack([election.best, election.shares]), expected)

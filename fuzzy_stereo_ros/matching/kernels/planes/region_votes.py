@@ -74,9 +74,9 @@ def sum_groups(votes, places, totals, seen, squares):
     """
     Sum the cells of each region by columns of cells, in as many groups as `totals` has, in turn.
 
-    votes: the fields of Votes; places: of number_cells; totals: float64 (regions, groups, BANDS,
-    labels), seen: float64 (regions, labels), squares: float64 (regions, groups, BANDS), of the
-    sums of single cells, all 0 at first
+    votes: the fields of Votes; places: of number_cells; totals: int32 (regions, groups, BANDS,
+    labels), seen: int32 (regions, labels), squares: int64 (regions, groups, BANDS), of the sums of
+    single cells, all 0 at first
     """
     curves, counts, _ = votes
     groups, labels = totals.shape[1], totals.shape[3]
@@ -88,13 +88,56 @@ def sum_groups(votes, places, totals, seen, squares):
                     continue
                 mine, count = column % groups, counts[place]
                 for label in range(labels):
-                    seen[region, label] += COUNTED * count[label]
+                    seen[region, label] += np.int32(COUNTED) * count[label]
                 for band in range(BANDS):
-                    target, curve, square = totals[region, mine, band], curves[place, band], 0.0
+                    target, curve, square = totals[region, mine, band], curves[place, band], 0
                     for label in range(labels):
                         target[label] += curve[label]
-                        square += np.float64(curve[label]) * curve[label]
+                        square += np.int64(np.int32(curve[label]) * np.int32(curve[label]))
                     squares[region, mine, band] += square
+
+
+@kernel(allocates=True)
+def elect_by_halves(groups, filled, allowed, best, near, shares):
+    """
+    Let the halves of regions elect labels; write how many elect that of the region.
+
+    The groups of a region are split into halves in as many ways as a Hadamard matrix has other
+    rows. Splits with an empty half do not count. groups: float64 (regions, groups, labels), the
+    evidence; filled: bool (regions, groups); allowed: bool (regions, labels); best: int64
+    (regions,); near: labels by which a choice may differ; shares: float64 (regions, 2), written:
+    of halves that agree, and of splits both of whose halves do
+    """
+    number, labels = groups.shape[1:]
+    sums = np.empty((number, labels + 1))
+    for region in range(len(groups)):
+        sums[:, :labels], sums[:, labels] = groups[region], filled[region]
+        apart = 1
+        while apart < number:
+            for group in range(number):
+                if not group & apart:
+                    first, second = sums[group], sums[group + apart]
+                    for label in range(labels + 1):
+                        total, difference = (first[label] + second[label],
+                                             first[label] - second[label])
+                        first[label], second[label] = total, difference
+            apart *= 2
+        splits, shares[region] = 0, 0
+        for split in range(1, number):
+            if abs(sums[split, labels]) == sums[0, labels]:
+                continue
+            agree = 0
+            for sign in (1.0, -1.0):
+                most, choice = -np.inf, -np.inf
+                for label in range(labels):
+                    half = sums[0, label] + sign * sums[split, label]
+                    if allowed[region, label] and half > most:
+                        most, choice = half, label
+                agree += abs(choice - best[region]) <= near
+            splits += 1
+            shares[region, 0] += agree / 2
+            shares[region, 1] += agree == 2
+        shares[region] /= max(splits, 1)
 
 
 @called(allocates=True)
@@ -219,9 +262,9 @@ def compare(votes, region, spreads, deviations, valid, limits, plane, lead):
     Returns the evidence for the plane and for the map, in deviations from none, and how decisive
     3 x 3 cells are: the mean evidence of the plane there, in those of wrong disparities.
     votes: the fields of Votes; region: those of RegionCells; spreads: float64 (BANDS,), deviations
-    of each band; deviations: float64 (labels,), the evidence of each, from that of their median
-    on; valid: bool (labels,), seen often enough; limits: the label from which on there is
-    evidence, the one with the most of it, and their median; plane: float64 (3,), written, of
+    of each band; deviations: float64 (labels,), the evidence of each; valid: bool (labels,), seen
+    often enough; limits: the label from which on there is evidence, the one with the most of it,
+    and the mean evidence, which is none; plane: float64 (3,), written, of
     half-size x and y and full disparity; lead: float64 (cells,), written, by how much the
     evidence for the plane in 3 x 3 cells exceeds that of the map, in those of wrong disparities
     """
