@@ -6,7 +6,7 @@ import math
 import numpy as np
 from reference import mirrored_around
 
-CONSISTENT, OUTSIDE, INVALID = 0, 1, 2
+CONSISTENT, OUTSIDE, INVALID, VOTED = 0, 1, 2, 2
 
 # ---- validities ----
 
@@ -133,6 +133,19 @@ def fine_disparities(final, labels, offsets, validity):
             math.floor(sum(moves) / len(moves) + 0.5) if moves else 0)
         agreeing[row, column] = len(moves)
     return fine, agreeing
+
+
+def margins_of_half(labels, half):
+    """Return the margin of the half-size search: 0 where it found another match, 255 if voted."""
+    margins = np.zeros(labels.shape, int)
+    rows, columns = half.chosen.labels.shape
+    for row, column in np.ndindex(labels.shape):
+        place = min(row // 2, rows - 1), min(column // 2, columns - 1)
+        if half.prior.weights[row, column] == VOTED:
+            margins[row, column] = 255
+        elif abs(int(labels[row, column]) - 2 * int(half.chosen.labels[place])) <= 3:
+            margins[row, column] = half.chosen.margins[place]
+    return margins
 
 
 def certainty(sums, margins, validity):

@@ -8,9 +8,11 @@ genes of its place in the previous frame: in tiles that stayed or moved with the
 averaging has found, or by the motion of the camera; all other cells are new.
 """
 from fuzzy_stereo_ros.matching.bands import cut_bands
+from fuzzy_stereo_ros.matching.evidence import Evidence
 from fuzzy_stereo_ros.matching.kernels.possibility.features import MARGIN
 from fuzzy_stereo_ros.matching.kernels.temporal import warp
 from fuzzy_stereo_ros.matching.kernels.temporal.change_detection import TILE
+from fuzzy_stereo_ros.matching.kernels.units import CONSISTENT
 from fuzzy_stereo_ros.matching.over_frames.averaging import ANOTHER, Averaging, History
 from fuzzy_stereo_ros.matching.over_frames.moving_camera import MovingCamera
 from fuzzy_stereo_ros.matching.over_frames.pictures import (
@@ -43,12 +45,14 @@ class Inheritance:
         self._highest, self._lowest = config.disparities - 1, float(config.min_disparity)
         self._shape = rows, columns
         self.views = [Picture(rows, columns, mirrored) for mirrored in (False, True)]
-        self._half = Picture(rows // 2, columns // 2, False)
+        self._halves = [Picture(rows // 2, columns // 2, view.mirrored) for view in self.views]
+        self._half = self._halves[0]
         self._sides = [side for side in range(seen) for _ in range(CHANNELS)]
         self._channels = [Picture(rows, columns, side > 0) for side in self._sides]
         self._bands = cut_bands(rows, 2)
         self._averaging = Averaging(rows, columns, config.min_disparity)
-        self._noise = NoiseEstimate(rows, columns)
+        self._noise, *self._noises = (NoiseEstimate(rows, columns) for _ in range(3))
+        self._evidence = Evidence(*self._halves, self._noises, config.min_disparity)
         self._moving = MovingCamera(rows, columns, config.min_disparity)
         self._origins = np.zeros((seen, rows, columns), np.int32)
         self._nearest = np.zeros((rows, columns), np.float32)
@@ -161,6 +165,18 @@ class Inheritance:
         rounding = 0.0 if genes.dtype == np.float32 else 0.5
         warp.inherit(before, self._origins[side], self._lowest, self._scales[side],
                      self._highest, rounding, fresh, genes)
+
+    def seen(self, labels):
+        """Return where the pair shows what a map, (R, C) labels, matches: bool (R, C)."""
+        rows = len(labels)
+        for view, half, noise in zip(self.views, self._halves, self._noises):
+            view.halve(half, 0, half.rows)
+            noise.measure(view, half, 0, rows)
+        self._evidence.sum_up(labels, (0, 0, rows))
+        self._evidence.judge()
+        validity, no_votes = (np.full(labels.shape, CONSISTENT, np.uint8) for _ in range(2))
+        self._evidence.reject(validity, no_votes, 0, rows)
+        return validity == CONSISTENT
 
     def next_state(self, labels, confidence, own, config):
         """

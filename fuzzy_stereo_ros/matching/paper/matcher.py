@@ -219,7 +219,8 @@ class PaperMatcher:
         best = self.population.genes[self.population.best]
         confidence = np.interp(10 * cv2.blur(self.certainty_of(best), (AROUND, AROUND)),
                                range(11), CALIBRATION)
-        confidence = (confidence * np.exp(-UNSETTLED * growth)).astype(np.float32)
+        confidence = (confidence * np.exp(-UNSETTLED * growth)
+                      * self._inheritance.seen(best)).astype(np.float32)
         disparity = best + np.float32(self._config.min_disparity)
         if not self._config.fill:
             disparity[self._config.rejects(confidence)] = np.nan

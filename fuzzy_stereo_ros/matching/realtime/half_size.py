@@ -26,7 +26,7 @@ TILE = 64               # side of the tiles that are searched at a time, at eith
 MEDIAN = 5              # side of the square of the median of the filled labels
 SPECKLE = 20            # half-size pixels; smaller components of the half map are rejected
 DEAD_ZONE, CUT = 1, 2   # px from the prior that cost nothing; largest cost, reached at 3 px
-VOTED, VOTED_CUT = 2, 6  # weight of the prior of voted planes; largest cost, reached at 6 px
+VOTED_CUT = 6           # largest cost of the prior of voted planes, reached at 6 px
 WEAK_TEXTURE = 72       # sum of 18 grey steps below which texture is weak: 4 on average
 NOISY_STEPS = 28        # by how much noise of a grey level raises that; its steps sum to 20
 CLEAR = 4               # least margin, in summed cost, of a label of the prior
@@ -39,9 +39,9 @@ class HalfSizeResult(NamedTuple):
     The half-size chromosome.
 
     labels: uint8 or uint16 (R / 2, C / 2), dense; validity: uint8, which are consistent; chosen:
-    the `SearchResult` before inconsistent labels were filled; prior: the `Prior` of the full
-    search where texture is weak; certainty: uint8 (R, C), of the map that plain regions have, in
-    1 / 255, 255 elsewhere
+    the `SearchResult` before inconsistent labels were filled, whose margins are evidence; prior:
+    the `Prior` of the full search where texture is weak; certainty: uint8 (R, C), of the map that
+    plain regions have, in 1 / 255, 255 elsewhere
     """
 
     labels: np.ndarray

@@ -16,12 +16,13 @@ from typing import NamedTuple
 from fuzzy_stereo_ros.matching.arrays import Lent
 from fuzzy_stereo_ros.matching.bands import Chain, ThreadPool
 from fuzzy_stereo_ros.matching.crossover import Regions
+from fuzzy_stereo_ros.matching.evidence import Evidence
 from fuzzy_stereo_ros.matching.evolution import Durations, evolve, Random, Stopwatch
 from fuzzy_stereo_ros.matching.match import Match
 from fuzzy_stereo_ros.matching.over_frames.pictures import NoiseEstimate
 from fuzzy_stereo_ros.matching.realtime.fitness import CensusFitness
 from fuzzy_stereo_ros.matching.realtime.frames import FrameEvolution, NothingInherited
-from fuzzy_stereo_ros.matching.realtime.half_size import HalfSize, TILE, VOTED
+from fuzzy_stereo_ros.matching.realtime.half_size import HalfSize, TILE
 from fuzzy_stereo_ros.matching.realtime.operators import NotMutated, Population, WeakRegions
 from fuzzy_stereo_ros.matching.realtime.plain_regions import PlainRegions
 from fuzzy_stereo_ros.matching.realtime.possibility import CensusPicture
@@ -96,6 +97,8 @@ class RealtimeMatcher:
         labels_type = self._search.chosen.labels.dtype
         self._refinement = Refinement(
             full, labels_type, self._search.by_membership, Lent(memory))
+        self._evidence = Evidence(
+            self._views.half.left, self._views.half.right, self._views.noises)
         self._fitness = CensusFitness(
             full, self._refinement.validity, self._search.chosen.target, Lent(memory))
         self.population = Population(self._fitness, self._search.chosen.labels)
@@ -135,7 +138,7 @@ class RealtimeMatcher:
             history += [replace(row, number=row.number + len(history)) for row in planes]
             watch.lap('evolution')
         before = sum(watch.times.values())
-        disparity, confidence = self._refine(chosen, best, half.certainty, watch)
+        disparity, confidence = self._refine(chosen, best, half, watch)
         match = Match(disparity, confidence, history, watch.times,
                       previous_prior is not None or inherited, warm.motion)
         if config.warm_start:
@@ -182,7 +185,7 @@ class RealtimeMatcher:
         searched = chain.stages_so_far()
         self._plain_regions.split(chain, found)     # by threads that the search needs no more
         half = self._half_size.complete(chain, views.full.left.grey, views.noise, searched)
-        self._plain_regions.mutate(chain, half, VOTED)
+        self._plain_regions.mutate(chain, half)
         chain.run()
         return half
 
@@ -220,16 +223,22 @@ class RealtimeMatcher:
         watch.lap(self._search.stage)
         return chosen, previous_prior
 
-    def _refine(self, chosen, best, limits, watch):
+    def _refine(self, chosen, best, half, watch):
         """
         Return the disparity and the confidence of the best chromosome, as `Refinement.write`.
 
-        chosen: the `SearchResult`; best: (R, C) labels; limits: of the confidence, see there
+        chosen: the `SearchResult`; best: (R, C) labels; half: the `HalfSizeResult`
         """
         chain, refinement, warm = Chain(self.pool), self._refinement, self._warm_start
+        evidence = self._evidence
+        bands = self.pool.parts(len(best))
+        chain.each(lambda band: evidence.sum_up(best, band), bands)
+        chain.each(lambda _: evidence.judge(), [0])
         labels = refinement.smooth(chain, chosen.labels, best, self._views.full.left.grey)
         result = refinement.write(
-            chain, labels, chosen, warm.prior_margins, limits, self._config)
+            chain, labels, chosen, half,
+            lambda *rows: evidence.reject(refinement.final_validity, half.prior.weights, *rows),
+            self._config)
         if self._config.warm_start:
             warm.keep(chain, labels, refinement.final_validity)
         chain.run()

@@ -17,6 +17,7 @@ from fuzzy_stereo_ros.matching.bands import MOST_PARTS, widened
 from fuzzy_stereo_ros.matching.kernels.planes import plain_masks, plain_regions as kernels
 from fuzzy_stereo_ros.matching.kernels.planes.segments import Likeness
 from fuzzy_stereo_ros.matching.kernels.simd import LANES
+from fuzzy_stereo_ros.matching.kernels.units import VOTED
 from fuzzy_stereo_ros.matching.realtime.operators import GreyRegions
 from fuzzy_stereo_ros.matching.realtime.region_votes import judge
 import numpy as np
@@ -134,12 +135,12 @@ class PlainRegions:
                 texture.split(existing, band)
         pool.each(partial(self._if_found, split), self._parts(pool), found)
 
-    def mutate(self, pool, half, weight):
+    def mutate(self, pool, half):
         """
         Give the plain regions, once texture is split, the planes that they vote for.
 
         pool: a ThreadPool, or a Chain; half: the `HalfSizeResult`, whose labels, prior of the full
-        search and certainty are written; weight: of that prior where planes are taken
+        search and certainty are written
         """
         left, right, bands = self._left, self._right, self._parts(pool)
         target = right.bands.values, right.bands.seen, self._base
@@ -156,7 +157,7 @@ class PlainRegions:
             kernels.write_planes(
                 found.regions, (found.places, found.accepted), found.planes,
                 (half.labels, self._half_disparities), (prior.labels, self._disparities),
-                prior.weights, weight, (found.certainty, half.certainty), *band[1:])
+                prior.weights, VOTED, (found.certainty, half.certainty), *band[1:])
         pool.each(partial(self._if_found, vote), bands)
         pool.each(partial(self._if_found, self._judge), [self._nearest])
         pool.each(partial(self._if_found, write), bands)

@@ -11,7 +11,7 @@ from functools import partial
 import cv2
 from fuzzy_stereo_ros.matching.arrays import zeros
 from fuzzy_stereo_ros.matching.bands import (
-    beside, cut_bands, filter_band, MOST_PARTS, widened)
+    beside, cut_bands, filter_band, MOST_PARTS, nothing_before, widened)
 from fuzzy_stereo_ros.matching.kernels.refinement import filling, subpixel
 from fuzzy_stereo_ros.matching.kernels.refinement.consistency import (
     check_consistency, find_components, join_components, reject_changed, reject_small)
@@ -156,20 +156,21 @@ class Refinement:
                 found = median[:, :columns]
             filter_band(partial(cv2.medianBlur, ksize=MEDIAN), MEDIAN // 2, found, self._labels,
                         band)
-        pool.each(smooth_band, pool.parts(len(labels)))
+        pool.each(smooth_band, pool.parts(len(labels)), nothing_before)
         return self._labels
 
-    def write(self, pool, labels, chosen, prior_margins, limits, config):
+    def write(self, pool, labels, chosen, half, reject, config):
         """
         Return the disparity and the confidence of the result.
 
         pool: a ThreadPool, or the Chain of `smooth`; labels: (R, C), smooth; chosen: the
-        `SearchResult`, with sub-pixel offsets and margins; prior_margins: see
-        WarmStart.prior_margins; limits: uint8 (R, C), of the confidence, in 1 / 255.
+        `SearchResult`, with sub-pixel offsets and margins; half: the `HalfSizeResult`; reject:
+        called with the first row and the one behind the last of some rows, rejects what the pair
+        shows nothing of.
         disparity: float32 (R, C), px, NaN = invalid; confidence: float32 (R, C), 0 to 1
         """
         disparity, confidence = (np.empty(labels.shape, np.float32) for _ in range(2))
-
+        margins_of_half = half.chosen.labels, half.chosen.margins, half.prior.weights
         rules = tuple(subpixel.OutputRules(
             np.float32(config.min_disparity),
             np.float32(config.min_disparity + config.disparities - 1), self._lines,
@@ -178,14 +179,15 @@ class Refinement:
 
         def write_band(band):
             rows = widened(band, AROUND // 2, len(labels))
+            reject(*rows)
             subpixel.fit(chosen.labels, chosen.offsets, self.final_validity, self._fitted, *rows)
-            subpixel.certainty(chosen.sums, chosen.margins, *prior_margins, self.final_validity,
-                               self._certain, *rows)
+            subpixel.certainty(chosen.labels, chosen.sums, chosen.margins, margins_of_half,
+                               self.final_validity, self._certain, *rows)
             filter_band(blur, AROUND // 2, self._certain, self._around, band)
             subpixel.smooth_offsets(labels, self._fitted, *self._rows[band[0]], self._fine,
                                     self._agreeing, *band[1:])
             subpixel.write_out(
-                (self._fine, self._agreeing), self.final_validity, self._around, limits, rules,
+                (self._fine, self._agreeing), self.final_validity, self._around, half.certainty, rules,
                 disparity, confidence, *band[1:])
         bands = pool.parts(len(labels))
         pool.each(write_band, bands, beside(bands))

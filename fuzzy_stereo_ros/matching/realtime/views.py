@@ -9,7 +9,8 @@ from fuzzy_stereo_ros.matching.bands import widened
 from fuzzy_stereo_ros.matching.beyond import EXTRA_LABELS
 from fuzzy_stereo_ros.matching.kernels.scanlines.volume import blocks_of
 from fuzzy_stereo_ros.matching.kernels.simd import LANES
-from fuzzy_stereo_ros.matching.over_frames.pictures import luminance_shift
+from fuzzy_stereo_ros.matching.over_frames.pictures import (
+    luminance_shift, NoiseEstimate, Picture)
 from fuzzy_stereo_ros.matching.realtime.possibility import (
     CensusPicture, CensusPossibility, COARSE_SIZE, extra_columns, FULL_SIZE, HALF_SIZE, JPEG_SIZE)
 from fuzzy_stereo_ros.matching.realtime.smoothing import Smoothing
@@ -39,7 +40,7 @@ class Views:
     Both views of a pair at full and half size, in memory for one image size.
 
     full, half: a `CensusPossibility` each; noise: grey levels, standard deviation, 0 where there
-    is none
+    is none; noises: a `NoiseEstimate` of each view as it was read
     """
 
     def __init__(self, config, rows, columns, noise):
@@ -58,8 +59,11 @@ class Views:
         self._shift = config.min_disparity
         # The right image as it is read and averaged.
         self._right = CensusPicture(rows, columns, True, 0) if extra else self.full.right
+        self._half_right = (
+            Picture(rows // 2, columns // 2, True) if extra else self.half.right)
         self._estimate = noise(rows, columns)
         self.noise = 0.0
+        self.noises = self._estimate, NoiseEstimate(rows, columns)
         self._smoothing = Smoothing(rows, columns)
 
     def read(self, pool, left, right):
@@ -79,8 +83,10 @@ class Views:
             _, first, last = band
             full.left.read(left, 0, left_shift, first, last)
             self._right.read(right, max(shift, 0), left_shift, first, last)
-            full.left.halve(half.left, first // 2, last // 2)
-            self._estimate.measure(full.left, half.left, first, last)
+            for view, halved, noise in zip(
+                    self.pictures, (half.left, self._half_right), self.noises):
+                view.halve(halved, first // 2, last // 2)
+                noise.measure(view, halved, first, last)
             self._smoothing.measure(self.pictures, unit, band)
 
         pool.each(read, pool.parts(full.rows, PART))

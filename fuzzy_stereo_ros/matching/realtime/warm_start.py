@@ -36,8 +36,6 @@ FLAT = 2             # largest range of trusted labels in 3 x 3 half-size pixels
 DEAD_ZONE, MOVED_DEAD_ZONE = 0, 1   # px from the prior that cost nothing: in place, or moved
 CUTS = 1, 2, 4       # largest cost of other labels, by the frames that a tile is unchanged
 MOVED_CUTS = 1, 3, 5    # the same of labels moved with the camera, by the frames they survived
-# margin that a unit of these costs makes by itself, in place or moved: not evidence of this frame
-SELF_MADE, MOVED_SELF_MADE = 16, 6
 
 
 class RealtimeState(NamedTuple):
@@ -110,9 +108,6 @@ class WarmStart:
         nothing = zeros((rows, columns), self._half_labels.dtype)
         self._moved = zeros(nothing.shape, nothing.dtype), zeros((rows, columns), np.uint8)
         self._weights, self._weighted = zeros((rows, columns), np.uint8), False
-        self._margin_of_prior = np.array(
-            [0, *(SELF_MADE * cut for cut in CUTS),
-             *(MOVED_SELF_MADE * cut for cut in MOVED_CUTS)], np.uint8)
         self._strengths = np.zeros_like(self._averaging.tiles[0].choices, np.uint8)
         self._prior = prior_of(
             nothing, self._weights, disparities, *((DEAD_ZONE, cut) for cut in CUTS),
@@ -206,11 +201,6 @@ class WarmStart:
     def _clear_weights(self):
         if self._weighted:
             self._weights[:], self._weighted = 0, False
-
-    @property
-    def prior_margins(self):
-        """The weights of the prior, uint8 (R, C), and the margin that each weight makes alone."""
-        return self._weights, self._margin_of_prior
 
     def tile_history(self):
         """Return the `TileHistory` of the left picture."""

@@ -283,7 +283,7 @@ def test_the_parts_of_a_sequence_change_nothing():
         sequence = [matcher.match(*pair) for pair in pairs]
         assert len(matcher.algorithm.pool.parts(300)) == number
         assert matcher.state.own.evolved.any()
-        assert matcher.algorithm._warm_start.prior_margins[0].any()
+        assert matcher.algorithm._warm_start._weights.any()
         found.append([matcher.state.own.planes, *(match.disparity for match in sequence),
                       *(match.confidence for match in sequence)])
     for parts, one in zip(*found):

@@ -66,11 +66,11 @@ def half_size_result(labels, prior):
                           np.full(prior.labels.shape, SURE, np.uint8))
 
 
-def found_and_mutated(plain_regions, pool, half, weight=2):
+def found_and_mutated(plain_regions, pool, half):
     """Find the plain regions of a pair, and give them their planes; half: see mutate."""
     plain_regions.find(pool)
     plain_regions.split(pool, all_before)
-    plain_regions.mutate(pool, half, weight)
+    plain_regions.mutate(pool, half)
 
 
 def mutate(algorithm, labels, prior):

@@ -10,7 +10,7 @@ from typing import NamedTuple
 from fuzzy_stereo_ros.matching.kernels.compiled import kernel
 from fuzzy_stereo_ros.matching.kernels.simd import (
     add, at_most, bit_and, LANES, load, splat_like, store, subtract)
-from fuzzy_stereo_ros.matching.kernels.units import CONSISTENT, INVALID, STEPS
+from fuzzy_stereo_ros.matching.kernels.units import CONSISTENT, INVALID, STEPS, VOTED
 import numpy as np
 
 RADIUS = 2
@@ -77,30 +77,40 @@ def smooth_offsets(final, fitted, total, count, fine, agreeing, first, last):
 
 CLEAR_MARGIN = 24    # summed cost by which the best label elsewhere is worse: half sure
 CERTAIN = 255 * 256   # of a label that is certain
+APART = 3            # px from the label of the half-size search, doubled: the same match
 LINES = 10           # confidence is the minimum of so many lines
 
 
 @kernel(allocates=True)
-def certainty(sums, margins, prior_weight, margin_of_prior, validity, certain, first, last):
+def certainty(labels, sums, margins, half, validity, certain, first, last):
     """
     Compute the certainty of each label from its cost and its uniqueness margin.
 
-    sums, margins: uint8 (R, C), the summed cost of the label and how much worse the best label
-    elsewhere is; prior_weight: uint8 (R, C), the weight of the prior from the previous frame;
-    margin_of_prior: uint8, the margin that each weight makes by itself; certain: uint16 (R, C), 0
+    The margin counts up to that of the half-size search, which no previous frame and no choice of
+    labels has part in.
+
+    labels: (R, C); sums, margins: uint8 (R, C), the summed cost of the label and how much worse
+    the best label elsewhere is; half: labels and margins (r, c) of the half-size search, and
+    the weights of its prior, uint8 (R, C); certain: uint16 (R, C), 0
     to CERTAIN, 0 where not consistent.
     """
-    columns = sums.shape[1]
+    half_labels, half_margins, weights = half
+    columns, half_columns = sums.shape[1], half_labels.shape[1]
     # of its own: other threads read the rows of `certain` where bands overlap
-    lost = np.empty(columns, np.uint8)
+    limits = np.empty(columns, np.uint8)
     for row in range(first, last):
+        half_row = min(row // 2, half_labels.shape[0] - 1)
+        parents, clear = half_labels[half_row], half_margins[half_row]
+        line, of_prior = labels[row], weights[row]
         for column in range(columns):
-            lost[column] = margin_of_prior[prior_weight[row, column]]
+            place = min(column // 2, half_columns - 1)
+            apart = abs(np.int32(line[column]) - 2 * np.int32(parents[place]))
+            limit = clear[place] if apart <= APART else np.uint8(0)
+            limits[column] = np.uint8(255) if of_prior[column] == VOTED else limit
         for column in range(columns):
             possible = np.float32(256) - np.float32(sums[row, column])
             consistent = np.float32(validity[row, column] == CONSISTENT)
-            margin = np.float32(max(
-                np.int32(margins[row, column]) - np.int32(lost[column]), np.int32(0)))
+            margin = np.float32(min(margins[row, column], limits[column]))
             certain[row, column] = np.int32(
                 possible * consistent * np.float32(CERTAIN / 256)
                 * (margin / (margin + np.float32(CLEAR_MARGIN))))

@@ -1,0 +1,71 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""
+Whether both views show what a map matches: without that, a match has no confidence.
+
+Not in the paper. Scanlines, priors and neighbours carry a disparity into places of which the pair
+shows nothing: a covered lens, a burnt-out window. There the windows around the two pixels of a
+match hold noise alone, or are clipped, and noise does not correlate. Windows with a clear signal
+are left to the search: near a depth edge even right matches correlate little.
+"""
+import cv2
+from fuzzy_stereo_ros.matching.arrays import zeros
+from fuzzy_stereo_ros.matching.kernels.refinement.evidence import (
+    BLOCK, reject_unseen, sum_blocks, SUMS)
+import numpy as np
+
+LEAST_CORRELATION = 0.35  # of 3 x 3 blocks; noise that a search has matched reaches .3
+SIGNAL = 3.0         # times the noise, standard deviation, above which a window shows a signal
+UNSEEN = 0.14        # grey levels at half size, standard deviation: of rounding
+BRIGHT = 254         # grey levels from which a pixel is clipped; the least luminance is 0
+GREY_LEVEL = 256     # of luminance
+HALVED = 0.5         # share of the noise of a picture that is left at half size
+
+
+class Evidence:
+    """The evidence for the maps of one image size, and its memory."""
+
+    def __init__(self, left, right, noises, shift=0):
+        """
+        Allocate for the size of a pair of `Picture`s at half size, the right one mirrored.
+
+        noises: a `NoiseEstimate` of each view; shift: px by which matches lie farther to the left
+        than labels say. Pictures and noises are read when a map is compared.
+        """
+        self._left, self._right, self._noises, self._shift = left, right, noises, shift
+        blocks = -(-left.rows // BLOCK), -(-left.columns // BLOCK)
+        self._sums, self._seen = zeros((SUMS, *blocks)), zeros(blocks, np.uint8)
+        self._clipped = zeros((left.rows, left.columns), np.uint8)
+
+    def sum_up(self, labels, band):
+        """Add up the blocks that begin in a band of rows of a map, (R, C) labels."""
+        first, last = (min(-(-row // (2 * BLOCK)), len(self._seen)) for row in band[1:])
+        sum_blocks(labels, self._left.luminance, self._right.luminance,
+                   (self._shift, self._right.columns, 0, BRIGHT * GREY_LEVEL), self._sums,
+                   self._clipped, first, last)
+
+    def judge(self):
+        """Decide of which blocks the pair shows something, once all are added up."""
+        if not self._seen.size:     # of one row or column nothing is left at half size
+            return
+        pixels, left, right, squares, right_squares, products = (
+            cv2.boxFilter(sums, -1, (3, 3), normalize=False, borderType=cv2.BORDER_CONSTANT)
+            for sums in self._sums)
+        variances = [
+            np.maximum(square - total * total / pixels, 0) / pixels / GREY_LEVEL**2 + UNSEEN**2
+            for square, total in ((squares, left), (right_squares, right))]
+        common = (products - left * right / pixels) / pixels / GREY_LEVEL**2
+        clear = [variance > SIGNAL**2 * ((HALVED * noise.level)**2 + UNSEEN**2)
+                 for variance, noise in zip(variances, self._noises)]
+        self._seen[:] = (clear[0] & clear[1]) | (
+            common > LEAST_CORRELATION * np.sqrt(variances[0] * variances[1]))
+
+    def reject(self, validity, weights, first, last):
+        """
+        Reject the matches of some rows of which the pair shows nothing.
+
+        validity: uint8 (R, C), changed; weights: uint8 (R, C), VOTED where whole regions are the
+        evidence, which is kept
+        """
+        if self._seen.size:
+            reject_unseen(self._seen, self._clipped, weights, validity, first, last)

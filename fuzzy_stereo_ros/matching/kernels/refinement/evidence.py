@@ -1,0 +1,74 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""What both views show at the matches of a map: sums over blocks of pixels, and clipped pixels."""
+from fuzzy_stereo_ros.matching.kernels.compiled import kernel
+from fuzzy_stereo_ros.matching.kernels.possibility.features import MARGIN
+from fuzzy_stereo_ros.matching.kernels.units import CONSISTENT, INVALID, VOTED
+import numpy as np
+
+BLOCK = 4       # half-size pixels of a side of the blocks
+SUMS = 6        # of a block: pixels, left, right, left squared, right squared, left times right
+
+
+@kernel
+def sum_blocks(labels, left, right, ends, sums, clipped, first, last):
+    """
+    Add up the luminance of both views at half size in blocks of pixels, as a map matches them.
+
+    labels: (R, C) at full size; left, right: uint16, padded, the right one mirrored, see features;
+    ends: columns to the right, at full size, by which the right one is not moved yet, its columns,
+    and the luminance up to and from which a pixel is clipped;
+    sums: float64 (SUMS, block rows, block columns), written for the rows of blocks first to last,
+    exact; clipped: uint8 (r, c), 1 where either of the two pixels is clipped
+    """
+    (shift, width, dark, bright), (rows, columns) = ends, clipped.shape
+    for block_row in range(first, last):
+        sums[:, block_row] = 0
+        for row in range(BLOCK * block_row, min(BLOCK * (block_row + 1), rows)):
+            line, other = left[row + MARGIN, MARGIN:], right[row + MARGIN, MARGIN:]
+            genes, marks = labels[2 * row], clipped[row]
+            for block in range(sums.shape[2]):
+                lefts = rights = squares = right_squares = products = np.int64(0)
+                end = min(BLOCK * (block + 1), columns)
+                for column in range(BLOCK * block, end):
+                    away = (np.int64(genes[2 * column]) + shift + 1) >> 1
+                    pointed = min(max(columns - 1 - column + away, 0), width - 1)
+                    here, there = np.int64(line[column]), np.int64(other[pointed])
+                    marks[column] = (min(here, there) <= dark) | (max(here, there) >= bright)
+                    lefts += here
+                    rights += there
+                    squares += here * here
+                    right_squares += there * there
+                    products += here * there
+                sums[0, block_row, block] += end - BLOCK * block
+                sums[1, block_row, block] += lefts
+                sums[2, block_row, block] += rights
+                sums[3, block_row, block] += squares
+                sums[4, block_row, block] += right_squares
+                sums[5, block_row, block] += products
+
+
+@kernel
+def reject_unseen(seen, clipped, weights, validity, first, last):
+    """
+    Reject the matches of some rows of which the pair shows nothing.
+
+    seen: uint8 (block rows, block columns), not 0 where the views agree; clipped: see sum_blocks,
+    of which a match is rejected whose 3 x 3 pixels are all clipped; weights: uint8 (R, C), VOTED
+    where a whole region is the evidence; validity: uint8 (R, C), changed
+    """
+    rows, columns = clipped.shape
+    for row in range(first, last):
+        half = min(row // 2, rows - 1)
+        above, here, below = (clipped[max(half - 1, 0)], clipped[half],
+                              clipped[min(half + 1, rows - 1)])
+        blocks, line, of_prior = seen[half // BLOCK], validity[row], weights[row]
+        for column in range(line.size):
+            if line[column] != CONSISTENT or of_prior[column] == VOTED:
+                continue
+            place = min(column // 2, columns - 1)
+            before, after = max(place - 1, 0), min(place + 1, columns - 1)
+            blind = (above[before] & above[place] & above[after] & here[before] & here[place]
+                     & here[after] & below[before] & below[place] & below[after])
+            if blind or not blocks[place // BLOCK]:
+                line[column] = INVALID
