@@ -14,7 +14,7 @@ from fuzzy_stereo_ros.matching.kernels.refinement.evidence import (
     BLOCK, reject_unseen, sum_blocks, SUMS)
 import numpy as np
 
-LEAST_CORRELATION = 0.3   # of 3 x 3 blocks; noise that a search has matched reaches .27
+LEAST_CORRELATION = 0.27  # of 3 x 3 blocks; noise that a search has matched reaches .25
 SIGNAL = 3.0         # times the noise, standard deviation, above which a window shows a signal
 UNSEEN = 0.14        # grey levels at half size, standard deviation: of rounding
 BRIGHT = 254         # grey levels from which a pixel is clipped; the least luminance is 0

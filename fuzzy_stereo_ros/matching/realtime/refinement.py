@@ -187,8 +187,8 @@ class Refinement:
             subpixel.smooth_offsets(labels, self._fitted, *self._rows[band[0]], self._fine,
                                     self._agreeing, *band[1:])
             subpixel.write_out(
-                (self._fine, self._agreeing), self.final_validity, self._around, half.certainty, rules,
-                disparity, confidence, *band[1:])
+                (self._fine, self._agreeing), self.final_validity, self._around, half.certainty,
+                rules, disparity, confidence, *band[1:])
         bands = pool.parts(len(labels))
         pool.each(write_band, bands, beside(bands))
         return disparity, confidence

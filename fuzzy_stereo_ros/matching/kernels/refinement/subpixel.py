@@ -77,6 +77,7 @@ def smooth_offsets(final, fitted, total, count, fine, agreeing, first, last):
 
 CLEAR_MARGIN = 24    # summed cost by which the best label elsewhere is worse: half sure
 CERTAIN = 255 * 256   # of a label that is certain
+CHANCE = 14          # margin of the half-size search that noise often reaches
 APART = 3            # px from the label of the half-size search, doubled: the same match
 LINES = 10           # confidence is the minimum of so many lines
 
@@ -86,8 +87,8 @@ def certainty(labels, sums, margins, half, validity, certain, first, last):
     """
     Compute the certainty of each label from its cost and its uniqueness margin.
 
-    The margin counts up to that of the half-size search, which no previous frame and no choice of
-    labels has part in.
+    The margin counts up to twice that of the half-size search, less what chance gives: in that no
+    previous frame and no choice of labels has part.
 
     labels: (R, C); sums, margins: uint8 (R, C), the summed cost of the label and how much worse
     the best label elsewhere is; half: labels and margins (r, c) of the half-size search, and
@@ -105,7 +106,8 @@ def certainty(labels, sums, margins, half, validity, certain, first, last):
         for column in range(columns):
             place = min(column // 2, half_columns - 1)
             apart = abs(np.int32(line[column]) - 2 * np.int32(parents[place]))
-            limit = clear[place] if apart <= APART else np.uint8(0)
+            above = 2 * (max(np.int32(clear[place]), CHANCE) - CHANCE)
+            limit = np.uint8(min(above, 255)) if apart <= APART else np.uint8(0)
             limits[column] = np.uint8(255) if of_prior[column] == VOTED else limit
         for column in range(columns):
             possible = np.float32(256) - np.float32(sums[row, column])
