@@ -14,7 +14,7 @@ import os
 from queue import SimpleQueue
 from statistics import median
 import sys
-from threading import Condition, Thread
+from threading import get_ident, Thread
 import time
 from weakref import finalize
 
@@ -26,6 +26,12 @@ _LONGEST_REST = 384     # frames from a trial to the next, if they do not
 _CHANGED = 1.25     # factor between times that means that they changed
 _FASTER = 0.97      # factor of the time in use below which the other place is taken
 _current_processor = ctypes.CDLL(None).sched_getcpu if sys.platform == 'linux' else lambda: None
+
+
+def processors():
+    """Return how many processors this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, 'sched_getaffinity') else (
+        os.cpu_count() or 1)
 
 
 class HelperPlaces:
@@ -110,15 +116,15 @@ class ThreadPool:
 
     Kernels release the GIL while they run. An executor, with a future for each item, costs five
     times as much, and there are some twenty calls a frame. Nobody waits for a helping thread that
-    has taken no item: on a processor with other work it may wake long after all items are done.
+    has not begun; on a processor with other work it may wake long after all items are done.
 
     shared: ms spent in `each`; the rest of a frame runs in one thread. places: the `HelperPlaces`
     """
 
     def __init__(self, threads):
-        """threads: their number, 0 for one per core; helping ones start when they are needed."""
-        self.threads, self.shared = threads or os.cpu_count() or 1, 0.0
-        self._helpers, self._queues, self._allowed = [], [], []
+        """threads: their number, 0 for one per processor; helping ones start when needed."""
+        self.threads, self.shared = threads or processors(), 0.0
+        self._helpers, self._queues = [], []
         self._frame = None      # `shared` where the frame began
         self.places = HelperPlaces()
         self._end = finalize(self, _end, self._queues)
@@ -135,28 +141,28 @@ class ThreadPool:
 
     def each(self, work, items, needs=all_before):
         """
-        Call work(item) for every item and return when all are done; errors are raised here.
+        Call work(item) for every item and return when all are done.
+
+        An error or an interrupt in any of the threads ends the call: no further item begins, and
+        it is raised here once those that have begun are done.
 
         needs: a rule of what an item needs, see `all_before`; there are no stages before
         """
-        needed = [needs(0, index) for index in range(len(items))]
-        if max(needed, default=0) > 0 and self.threads > 1:
-            work, items = _Ordered(work, items, needed), range(len(items))
-        begun, left = time.perf_counter(), len(items)
-        rest, done = iter(items), SimpleQueue()
-        for queue in self._asked(min(self.threads, left) - 1):
-            queue.put((work, rest, done))
+        begun = time.perf_counter()
+        call = _Call(work, items, [needs(0, index) for index in range(len(items))])
         try:
-            for item in rest:
-                left -= 1
-                work(item)
+            for queue in self._asked(min(self.threads, len(items)) - 1):
+                queue.put(call)
+            call.run()
+            call.join()
+        except BaseException as error:      # an interrupt may come at any line above
+            call.end(error)
+            call.join()
+            raise
         finally:
-            left -= len(list(rest))     # after an error nobody takes these
-            errors = [done.get() for _ in range(left)]
             self.shared += 1000 * (time.perf_counter() - begun)
-        for error in errors:
-            if error is not None:
-                raise error
+        if call.errors:
+            raise call.errors[0]
 
     def shares(self, needs, begin=all_before):
         """
@@ -175,22 +181,22 @@ class ThreadPool:
         A thread that a helper starts may run at the same places: helpers call nothing that starts
         threads.
         """
+        self._helpers = [helper for helper in self._helpers if helper.is_alive()]
         while len(self._helpers) < number:
-            queue = SimpleQueue()
-            self._helpers.append(Thread(
-                target=_run_calls, args=(queue,), name='pool', daemon=True))
-            self._queues.append(queue)
-            self._helpers[-1].start()
-            self._allowed.append(None)
-        if number > 0 and sys.platform == 'linux':
+            helper = _Helper()
+            self._queues.append(helper.calls)
+            helper.start()
+            self._helpers.append(helper)    # at last, whole: an interrupt may come before
+        helpers = self._helpers[:max(number, 0)]
+        if helpers and sys.platform == 'linux':
             allowed = os.sched_getaffinity(0)
             places = allowed - {_current_processor() if self.places.apart else None} or allowed
-            for index, helper in enumerate(self._helpers[:number]):
-                if self._allowed[index] != places:
-                    self._allowed[index] = places
+            for helper in helpers:
+                if helper.places != places:
+                    helper.places = places
                     with suppress(OSError):     # a processor was taken away meanwhile
                         os.sched_setaffinity(helper.native_id, places)
-        return self._queues[:max(number, 0)]
+        return [helper.calls for helper in helpers]
 
     def close(self):
         """End the threads."""
@@ -238,39 +244,91 @@ def _call(call):
     work(item)
 
 
-class _Ordered:
+class _Call:
     """
-    The work of items that need earlier ones, called with an item's index.
+    A call of `each`: items that threads take in their order, so that what one needs is being done.
 
-    Threads take items in their order, so that what an item waits for is being done.
+    An exception may come at any line. So nothing is locked, and a thread that waits looks after
+    each wake whether what it waits for is so; each change of that is one step.
+
+    errors: what has ended the call before its time
     """
 
     def __init__(self, work, items, needs):
-        """Take what `each` takes."""
-        self._work, self._items, self._needs = work, items, needs
-        self._done, self._first, self._waiting = bytearray(len(items)), 0, 0
-        self._changed = Condition()
+        """Take what `each` takes; needs: of each item, how many of the first ones."""
+        self._work, self._items, self._needs, self.errors = work, items, needs, []
+        self._rest, self._done, self._first = iter(range(len(items))), bytearray(len(items)), 0
+        self._helping, self._waiting = set(), set()     # threads; a queue of each that waits
 
-    def __call__(self, index):
-        if not self._may_begin(index):
-            with self._changed:
-                self._waiting += 1      # first: an item that ends now either is seen or sees this
-                self._changed.wait_for(lambda: self._may_begin(index))
-                self._waiting -= 1
-        try:
+    def run(self):
+        """Do items until none is left, or until an error ends the call."""
+        for index in self._rest:
+            self._wait(self._may_begin, index)
+            if self.errors:
+                break
             self._work(self._items[index])
-        finally:        # after an error nobody may wait for ever
             self._done[index] = 1
-            if self._waiting:
-                with self._changed:
-                    self._changed.notify_all()
+            self._wake()
+
+    def help(self):
+        """Do the same in a helping thread; `each` raises its error."""
+        try:
+            self._helping.add(get_ident())      # before it takes an item: see join
+            self.run()
+            self._leave()
+        except BaseException as error:
+            self.end(error)
+            self._leave()
+
+    def end(self, error):
+        """Let no further item begin."""
+        self.errors.append(error)
+        self._wake()
+
+    def join(self):
+        """Wait until nobody helps any more; who comes now finds nothing to do."""
+        self._wait(lambda: not self._helping)
+
+    def _leave(self):
+        self._helping.discard(get_ident())
+        self._wake()
+
+    def _wait(self, is_met, *arguments):
+        if is_met(*arguments):
+            return
+        bell = SimpleQueue()
+        self._waiting.add(bell)     # first: a change now either is seen or rings
+        while not is_met(*arguments):
+            bell.get()
+        self._waiting.discard(bell)
+
+    def _wake(self):
+        for bell in tuple(self._waiting):
+            bell.put(None)
 
     def _may_begin(self, index):
-        """Return whether what an item needs is done."""
+        """Return whether what an item needs is done, or will not be done."""
         if self._needs[index] > self._first:
             first = self._done.find(0, self._first)
             self._first = len(self._done) if first < 0 else first
-        return self._needs[index] <= self._first
+        return self._needs[index] <= self._first or bool(self.errors)
+
+
+class _Helper(Thread):
+    """
+    A thread that helps with calls, until None comes in the place of one.
+
+    calls: the queue of what it does; places: the processors where it may run
+    """
+
+    def __init__(self):
+        super().__init__(name='pool', daemon=True)
+        self.calls, self.places = SimpleQueue(), None
+
+    def run(self):
+        for call in iter(self.calls.get, None):
+            call.help()
+            del call        # a waiting thread keeps no frame in memory
 
 
 def widened(band, reach, rows):
@@ -292,20 +350,6 @@ def filter_band(work, reach, image, result, band):
     """
     first, last = widened(band, reach, len(image))
     result[band[1]:band[2]] = work(image[first:last])[band[1] - first:band[2] - first]
-
-
-def _run_calls(calls):
-    """Take items of each call of `each`, until None comes in the place of a call."""
-    for work, rest, done in iter(calls.get, None):
-        for item in rest:
-            error = None
-            try:
-                work(item)
-            except BaseException as raised:     # `each` raises it
-                error = raised
-            done.put(error)
-            del item, error
-        del work, rest, done        # a waiting thread keeps no frame in memory
 
 
 def _end(queues):

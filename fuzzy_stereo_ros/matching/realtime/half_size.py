@@ -105,7 +105,6 @@ class HalfSize:
             self._speckles.find(chosen.labels, self._validity, 1, band)
 
         def fill(band):
-            self._speckles.reject(self._validity, SPECKLE, band)
             filling.fill_rows(chosen.labels, self._validity, self._filled, band[1], band[2])
             disparity_ranges.texture_steps(grey, self._steps, band[1], band[2])
 
@@ -122,6 +121,7 @@ class HalfSize:
         bands = pool.parts(rows)
         pool.each(finish, bands, searched)
         pool.each(lambda step: self._speckles.join(chosen.labels, step, bands), [1])
+        pool.each(lambda band: self._speckles.reject(self._validity, SPECKLE, band), bands)
         pool.each(fill, bands)
         pool.each(write_limits, bands, beside(bands, 1))
         return HalfSizeResult(self._labels, self._validity, chosen, prior, self._certainty)

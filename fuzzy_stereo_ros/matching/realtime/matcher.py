@@ -206,12 +206,12 @@ class RealtimeMatcher:
         self._weak_regions.grow(chain, self._views.half.left.luminance, self._half_size.weak)
 
         def fill(band):
-            refinement.reject_speckles(config, band)
             population.fill(chosen.labels, refinement.validity, band)
             self._weak_regions.count(refinement.validity, band)
         bands = pool.parts(len(chosen.labels))
         chain.each(lambda band: refinement.check(chosen, config, band), bands, searched)
         refinement.join_speckles(chain, chosen, config)
+        chain.each(lambda band: refinement.reject_speckles(config, band), bands)
         chain.each(fill, bands)
         filled = chain.stages_so_far()
         self._weak_regions.place(chain, filled)

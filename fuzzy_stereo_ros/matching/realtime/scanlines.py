@@ -99,7 +99,7 @@ class Scanlines:
                          'row_words': columns + LANES}
         self._shared, self.memory = _placed(
             {'costs': kept * strip, 'sums': kept * strip, 'down': row}, allocate)
-        self._free, self._memory, self._made_of = [], [], (None, None, None)
+        self._scratches, self._memory, self._made_of = [], [], (None, None, None)
         self.windows = Windows(*(zeros(tiles, np.int64) for _ in range(3)),
                                zeros(tiles[0], np.int64))
         self.windows.blocks[:] = self.most_blocks
@@ -150,10 +150,8 @@ class Scanlines:
     def _take(self, most):
         """Do up to so many tasks."""
         scratch = self._free.pop()
-        try:
-            take_tasks(self._search, scratch, self._addresses_of_tasks, most)
-        finally:
-            self._free.append(scratch)
+        take_tasks(self._search, scratch, self._addresses_of_tasks, most)
+        self._free.append(scratch)
 
     def _cut(self, rows, tile_rows, tile_columns, at_a_time, kept):
         """
@@ -193,10 +191,11 @@ class Scanlines:
             'codes': 4 * 4 * ROWS_AT_ONCE * words, 'priors': 4 * 2 * ROWS_AT_ONCE * words,
             'jumps': 4 * ROWS_AT_ONCE * words, 'chosen': 2 * columns, 'least_below': columns,
             'least_above': columns, 'offers': 2 * self.chosen.target.shape[1]}
-        while len(self._memory) < threads:
+        while len(self._scratches) < threads:
             places, memory = _placed(sizes)
             self._memory.append(memory)
-            self._free.append(tuple(Scratch(**self._numbers, **self._shared, **places)))
+            self._scratches.append(tuple(Scratch(**self._numbers, **self._shared, **places)))
+        self._free = self._scratches.copy()     # all, also after a search that was interrupted
 
     def search_by(self, half_prior, previous_prior):
         """Return the Search of two priors; it has addresses of arrays here and in the priors."""

@@ -2,17 +2,21 @@
 # SPDX-License-Identifier: Apache-2.0
 """Bands of rows, and the pool that works on them."""
 from functools import partial
+from itertools import count
 import os
-from queue import SimpleQueue
+import subprocess
+import sys
 import threading
 from types import SimpleNamespace
 
+from fuzzy_stereo_ros.matching import bands
 from fuzzy_stereo_ros.matching.bands import (
     all_before, beside, Chain, cut_bands, cut_parts, filter_band, first_of, HelperPlaces,
     MOST_PARTS, nothing_before, ThreadPool, widened)
-from hypothesis import given, strategies as st
+from hypothesis import given, settings, strategies as st
 import numpy as np
 import pytest
+from repository import ROOT
 
 PATIENCE = 300      # s
 
@@ -186,7 +190,7 @@ def test_nobody_waits_for_a_helper_that_does_other_work():
     pool, gate, done = ThreadPool(2), threading.Event(), []
     pool.each(done.append, range(2))
     (queue,) = pool._queues
-    queue.put((lambda _: gate.wait(20), iter([0]), SimpleQueue()))
+    queue.put(SimpleNamespace(help=lambda: gate.wait(20)))
     pool.each(done.append, range(2, 5))
     assert sorted(done) == [0, 1, 2, 3, 4] and not gate.is_set()
     gate.set()
@@ -265,18 +269,92 @@ def test_a_chain_begins_what_needs_nothing_before_what_others_do_has_ended():
     assert second.is_set()
 
 
-def test_nobody_waits_for_ever_for_an_item_of_a_helper_that_fails():
-    pool, both = ThreadPool(2), threading.Barrier(2, timeout=PATIENCE)
-    caller = threading.get_ident()
+class Struck(BaseException):
+    """An exception that comes at any line, as an interrupt does."""
+
+
+# A helper that waits for its next call may end; another one takes its place.
+@pytest.mark.filterwarnings('ignore::pytest.PytestUnhandledThreadExceptionWarning')
+@settings(max_examples=300)
+@given(st.integers(0, 400), st.integers(1, 4), st.lists(st.floats(0, 1), max_size=12))
+def test_an_exception_at_any_line_of_any_thread_ends_the_call_for_all_threads(
+        strike, threads, shares):
+    needs, lines = [round(share * index) for index, share in enumerate(shares)], count()
+    pool, working, done, told = ThreadPool(threads), [], [], []
+
+    def trace(frame, event, argument):
+        if frame.f_code.co_filename == bands.__file__ or frame.f_code is work.__code__:
+            if event == 'line' and next(lines) == strike:
+                raise Struck
+            return trace
 
     def work(item):
-        if item < 2:
-            both.wait()
-            if threading.get_ident() != caller:
-                raise ZeroDivisionError
-    with pytest.raises(ZeroDivisionError):
-        pool.each(work, range(3), first_of([0, 0, 2]))
+        working.append(item)
+        kernel.wait(0.0002)
+        done.append(item)
+
+    def call():
+        sys.settrace(trace)
+        try:
+            pool.each(work, range(len(needs)), first_of(needs))
+            told.append(None)
+        except Struck as error:
+            told.append(error)
+        finally:
+            sys.settrace(None)
+            told.append(len(working))
+
+    kernel = threading.Event()
+    threading.settrace(trace)       # of helpers
+    caller = threading.Thread(target=call, daemon=True)
+    caller.start()
+    caller.join(PATIENCE)
+    threading.settrace(None)
+    assert not caller.is_alive()
+    assert told[0] is not None or sorted(done) == list(range(len(needs)))
+    done.clear()
+    pool.each(done.append, range(9), first_of(range(9)))
+    assert done == list(range(9))
+    assert told[1] == len(working)      # nobody has gone on
     pool.close()
+
+
+INTERRUPTED = """
+import random, signal
+from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
+from fuzzy_stereo_ros.synthetic.scenes import make_pair
+from made_scenes import bits
+
+def interrupt(*_):
+    if armed:
+        raise KeyboardInterrupt
+
+armed, interrupted, times = False, 0, []
+signal.signal(signal.SIGALRM, interrupt)
+pair = make_pair(160, 240, 32, noise=2.0)
+matcher = StereoMatcher(MatcherConfig(disparities=32, threads=4, warm_start=False, fill=True))
+for number in range(100):
+    if number > 3:
+        armed = True
+        try:
+            signal.setitimer(signal.ITIMER_REAL, random.uniform(0.0002, min(times)))
+            matcher.match(pair.left, pair.right)
+            armed = False
+        except KeyboardInterrupt:
+            armed, interrupted = False, interrupted + 1
+    match = matcher.match(pair.left, pair.right)
+    times.append(match.times['total'] / 1000)
+    expected = bits(match) if number == 0 else expected
+    assert bits(match) == expected
+print(interrupted)
+"""
+
+
+def test_an_interrupt_ends_a_match_on_four_threads_and_the_next_one_is_as_before():
+    done = subprocess.run([sys.executable, '-c', INTERRUPTED], capture_output=True, text=True,
+                          timeout=PATIENCE, cwd=ROOT / 'test' / 'support')
+    assert done.returncode == 0, done.stderr
+    assert int(done.stdout) > 50
 
 
 @pytest.mark.parametrize('threads', [1, 2])

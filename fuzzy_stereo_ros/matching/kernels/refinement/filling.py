@@ -26,22 +26,26 @@ def fill_rows(labels, validity, filled, first, last):
     """
     Copy the labels and fill each rejected run with the background label or that of its nearer end.
 
-    A row without any label takes that of the row above, or 0 in the first row of the band.
+    A row without any consistent label takes that of the nearest row above, or 0 where none has one.
     """
-    columns = labels.shape[1]
+    columns, source = labels.shape[1], first
+    while source >= 0 and next_byte(validity[source], 0, INVALID, False) == columns:
+        source -= 1
     for row in range(first, last):
-        seen, line = validity[row], filled[row]
-        copy_row(labels[row], line)
+        if next_byte(validity[row], 0, INVALID, False) < columns:
+            source = row
+        line = filled[row]
+        if source < 0:
+            line[:] = 0
+            continue
+        seen = validity[source]
+        copy_row(labels[source], line)
         column = 0
         while True:
             begin = next_byte(seen, column, INVALID, True)
             if begin == columns:
                 break
             column = next_byte(seen, begin, INVALID, False)
-            if begin == 0 and column == columns:
-                for place in range(columns):
-                    line[place] = filled[row - 1, place] if row > first else 0
-                continue
             behind = line[begin - 1] if begin > 0 else line[column]
             label, middle = line[column] if column < columns else behind, (begin + column + 1) // 2
             jump = np.int64(label) - np.int64(behind)
