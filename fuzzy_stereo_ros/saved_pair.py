@@ -183,7 +183,8 @@ def _write_files(folder, saved):
     arrays['points'] = saved.rows.points
     if state is not None:
         record['state'] = {'config': _parameters(state.config), 'stamp': state.stamp,
-                           'frame': state.frame, 'own': state.numbers()}
+                           'frame': state.frame, 'left_shift': state.left_shift,
+                           'own': state.numbers()}
         arrays.update(state.arrays())
     stored = io.BytesIO()
     np.savez(stored, **arrays)
@@ -263,15 +264,16 @@ def _checked(name, record, kinds):
 
 def _state(record, arrays):
     """Return the FrameState of its record and its arrays."""
-    _checked('state', record, {'stamp': object, 'config': dict, 'frame': int, 'own': dict})
+    _checked('state', record, {
+        'stamp': object, 'config': dict, 'frame': int, 'left_shift': int, 'own': dict})
     if not isinstance(record['stamp'], (int, type(None))):
         raise ValueError('the stamp of the state is not a number')
     config = _config('parameters of the state', record['config'])
     kind = ALGORITHMS[config.algorithm].state_type
     numbers = _checked('own', record['own'], {
         name: int for name, of_kind in kind.__annotations__.items() if of_kind is int})
-    return restored(kind, arrays, numbers, stamp=record['stamp'], frame=record['frame'],
-                    config=config)
+    return restored(kind, arrays, numbers, config=config, **{
+        name: record[name] for name in ('stamp', 'frame', 'left_shift')})
 
 
 def _check_state(state, config):

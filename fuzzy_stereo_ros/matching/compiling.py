@@ -45,7 +45,7 @@ def warm_up(matcher, rows, columns, report=None):
     """
     Warm a StereoMatcher up; all cores compile the kernels that are not cached.
 
-    report(Progress): called in the thread of this call, and only where something is compiled.
+    report(Progress): called in any thread, during this call, where something is compiled.
     Raises ValueError for a size that cannot be matched.
     """
     if compiled.FOLDER:

@@ -12,9 +12,11 @@ from functools import partial
 import hashlib
 import os
 from pathlib import Path
+from queue import SimpleQueue
 import shutil
 import sys
 import tempfile
+import threading
 
 import numba
 from numba.core.caching import IndexDataCacheFile
@@ -172,8 +174,32 @@ def kernel(function=None, allocates=False):
     # Not numba's public interface, whose caches do not know of changes in the kernels that a
     # kernel calls, read no folder that cannot be written to, and let errors of disks out.
     dispatcher._cache = KernelCache(function)
+    dispatcher._compile_for_args = partial(_uninterrupted, dispatcher._compile_for_args)
     kernels.append(dispatcher)
     return dispatcher
+
+
+def _uninterrupted(call, *arguments, **named):
+    """
+    Return call(...), which the main thread leaves to another one.
+
+    An interrupt comes to the main thread, at any line: while numba compiles or loads code, its
+    locks would stay taken for ever, or the interrupt would be lost in a finalizer.
+    """
+    if threading.current_thread() is not threading.main_thread():
+        return call(*arguments, **named)
+    answers = SimpleQueue()
+
+    def answer():
+        try:
+            answers.put((call(*arguments, **named), None))
+        except BaseException as error:      # raised below
+            answers.put((None, error))
+    threading.Thread(target=answer, daemon=True).start()
+    found, error = answers.get()
+    if error is not None:
+        raise error
+    return found
 
 
 class _PartLibrary(JITCodeLibrary):

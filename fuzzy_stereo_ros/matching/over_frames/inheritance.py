@@ -82,9 +82,10 @@ class Inheritance:
         """How the camera moved, in words; '' where no camera is given."""
         return self._moving.description
 
-    def read(self, pool, left, right):
-        """Read a pair: uint8 or uint16 (R, C) or (R, C, 3)."""
-        left_shift, images = luminance_shift(left, right), (left, right)
+    def read(self, pool, left, right, state=None):
+        """Read a pair: uint8 or uint16 (R, C) or (R, C, 3); state: as of `average`."""
+        left_shift = self._left_shift = luminance_shift(left, right, state and state.left_shift)
+        images = left, right
         self._coloured = left.ndim == 3
         read = [(view, image, left_shift) for view, image in zip(self.views, images)]
         if self._coloured:
@@ -189,8 +190,8 @@ class Inheritance:
         averaging = self._averaging
         return FrameState(
             averaging.pictures, averaging.ages, averaging.drifts, self._colours,
-            self._moving.state(cells, (confidence < SURE_MATCH).astype(np.uint8)), own, None, 0,
-            config)
+            self._moving.state(cells, (confidence < SURE_MATCH).astype(np.uint8)), own,
+            self._left_shift, None, 0, config)
 
 
 def _upright(picture):

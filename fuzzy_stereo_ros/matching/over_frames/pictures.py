@@ -58,28 +58,37 @@ class Picture:
                        first, last)
 
 
-def luminance_shift(left, right):
+def luminance_shift(left, right, before=None):
     """
     Return by how many bits to shift a pair of images to the left for 16 bits of luminance.
 
     A dark picture is scaled to the full range. A share BRIGHTER of its pixels, lamps and faulty
     ones, may saturate: else few grey levels would be left for the rest. Pictures of 8 bits that
-    are not dark keep their scale, so that it does not change from frame to frame.
+    are not dark keep their scale, so that it does not change from frame to frame. Others keep it
+    until they need another one, or are darker by two bits where half as many pixels may saturate.
+
+    before: what was returned for the previous pair, or None
     """
-    colour = 2 if left.ndim == 3 else 0
     deep = left.dtype != np.uint8
     images = (left, right) if deep else (left[::SAMPLED], right[::SAMPLED])
 
-    def few_use(bits):
+    def few_use(bits, share):
         # Most pictures have more than few in some rows already.
-        return all(np.count_nonzero(rows >= 1 << (bits - 1)) <= BRIGHTER * image.size
+        return all(np.count_nonzero(rows >= 1 << (bits - 1)) <= share * image.size
                    for image in images for rows in (image[::SAMPLED], image))
-    if not deep and not few_use(DARK_BITS + 1):      # most pictures: nothing else is counted
-        return 16 - colour - 8
-    bits = max(*(int(image.max()) for image in images), 1).bit_length()
-    while bits > 1 and few_use(bits):
-        bits -= 1
-    return 16 - colour - (bits if deep or bits <= DARK_BITS else 8)
+
+    def shift_for(share, spare=0):
+        bits = 8
+        if deep or few_use(DARK_BITS + 1, share):   # else nothing more is counted
+            bits = max(*(int(image.max()) for image in images), 1).bit_length()
+            while bits > 1 and few_use(bits, share):
+                bits -= 1
+        bits += spare
+        return 16 - (2 if left.ndim == 3 else 0) - (bits if deep or bits <= DARK_BITS else 8)
+    needed = shift_for(BRIGHTER)
+    if before is None or before >= needed or before < shift_for(BRIGHTER / 2, 1):
+        return needed
+    return before
 
 
 def is_noisy(noise):

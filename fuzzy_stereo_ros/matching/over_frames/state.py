@@ -55,7 +55,8 @@ class FrameState:
     tile columns), of each view, see add_drifts; colours: uint16 (N, R, C), channels of the views,
     averaged, NO_COLOURS where they are grey or not compared; camera: a `CameraState`; own: what
     the profile adds, a tuple of arrays and numbers, with the methods of `CameraState`, and `after`
-    as below; stamp: ns or None; frame: its number; config: the MatcherConfig.
+    as below; left_shift: of the luminance, see luminance_shift; stamp: ns or None; frame: its
+    number; config: the MatcherConfig.
     """
 
     pictures: np.ndarray
@@ -64,6 +65,7 @@ class FrameState:
     colours: np.ndarray
     camera: CameraState
     own: Any
+    left_shift: int
     stamp: int | None
     frame: int
     config: MatcherConfig

@@ -128,7 +128,7 @@ class PaperMatcher:
         that may have moved, or None
         """
         watch, inheritance, inherited = Stopwatch(), self._inheritance, False
-        inheritance.read(self.pool, left, right)
+        inheritance.read(self.pool, left, right, previous)
         if self._config.warm_start:
             inherited = inheritance.average(self.pool, previous, camera)
         watch.lap('pictures')

@@ -113,7 +113,7 @@ class QualityMatcher:
         """
         watch, inheritance, inherited = Stopwatch(), self._inheritance, False
         self.population = None
-        inheritance.read(self.pool, left, right)
+        inheritance.read(self.pool, left, right, previous)
         if self._config.warm_start:
             inherited = (inheritance.average(self.pool, previous, camera)
                          and inheritance.unseen < UNSEEN_ANEW)

@@ -143,7 +143,8 @@ class RealtimeMatcher:
                       previous_prior is not None or inherited, warm.motion)
         if config.warm_start:
             state = warm.next_state(
-                self.pool, self._refinement, self.frames.carried, config, match, previous)
+                self.pool, self._views, self._refinement, self.frames.carried, config, match,
+                previous)
             watch.lap('handing_on')
         self._durations.record(REFINING, sum(watch.times.values()) - before)
         return match, state
@@ -152,7 +153,7 @@ class RealtimeMatcher:
         """Read a pair, and average it with the previous frame's, see `match`."""
         views, warm, pool = self._views, self._warm_start, self.pool
         chain = Chain(pool)
-        views.read(chain, left, right)
+        views.read(chain, left, right, previous)
         if previous is None and self._config.warm_start:
             warm.average(chain, None, views)
         views.estimate(chain)

@@ -40,7 +40,8 @@ class Views:
     Both views of a pair at full and half size, in memory for one image size.
 
     full, half: a `CensusPossibility` each; noise: grey levels, standard deviation, 0 where there
-    is none; noises: a `NoiseEstimate` of each view as it was read
+    is none; noises: a `NoiseEstimate` of each view as it was read; left_shift: of the luminance, see
+    luminance_shift
     """
 
     def __init__(self, config, rows, columns, noise):
@@ -66,17 +67,19 @@ class Views:
         self.noises = self._estimate, NoiseEstimate(rows, columns)
         self._smoothing = Smoothing(rows, columns)
 
-    def read(self, pool, left, right):
+    def read(self, pool, left, right, previous=None):
         """
         Read a pair; `estimate` the noise then.
 
         The right image is moved by the smallest disparity: to the right while it is read, to the
         left into a wider view, so that no column is lost.
 
-        pool: a ThreadPool, or a Chain; left, right: uint8 or uint16 (R, C) or (R, C, 3)
+        pool: a ThreadPool, or a Chain; left, right: uint8 or uint16 (R, C) or (R, C, 3); previous:
+        the FrameState of the previous frame, or None
         """
         full, half, shift = self.full, self.half, self._shift
-        left_shift = luminance_shift(left, right)
+        left_shift = self.left_shift = luminance_shift(
+            left, right, previous and previous.left_shift)
         unit = (1 if left.ndim == 2 else 4) << left_shift if left.dtype == np.uint8 else 0
 
         def read(band):

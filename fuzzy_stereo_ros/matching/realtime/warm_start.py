@@ -234,11 +234,11 @@ class WarmStart:
         bands = pool.parts(len(labels))
         pool.each(copy, bands, beside(bands))
 
-    def next_state(self, pool, refinement, genes, config, match, before=None):
+    def next_state(self, pool, views, refinement, genes, config, match, before=None):
         """
         Return the FrameState of this frame, with what `keep` copied.
 
-        refinement: the `Refinement` that has made the match; genes: its `Genes`; config: the
+        views: the `Views` of the pair; refinement: the `Refinement` that has made the match; genes: its `Genes`; config: the
         MatcherConfig; match: the `Match`; before: the FrameState of the previous frame
         """
         (labels, validity), self._kept = self._kept, None
@@ -249,4 +249,5 @@ class WarmStart:
         return FrameState(
             averaging.pictures, averaging.ages, averaging.drifts, NO_COLOURS,
             self._moving.state(cells, validity),
-            RealtimeState(labels, validity, *genes, *seen, *result), None, 0, config)
+            RealtimeState(labels, validity, *genes, *seen, *result), views.left_shift, None, 0,
+            config)

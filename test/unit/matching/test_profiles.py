@@ -226,3 +226,27 @@ def test_small_holes_are_filled_and_all_else_stays_as_it_is(pairs, profile, thre
     assert np.isnan(expected).sum() < np.isnan(plain.disparity).sum()
     np.testing.assert_array_equal(found.disparity, expected)
     np.testing.assert_array_equal(found.confidence, plain.confidence)
+
+
+# ---- over frames ----
+
+
+@pytest.mark.parametrize('profile, kind, level, lamps', [
+    *((profile, np.uint16, 2047, (0, 0)) for profile in ALGORITHMS),
+    ('realtime', np.uint16, 900, (24, 25)), ('realtime', np.uint8, 63, (0, 0)),
+    ('realtime', np.uint8, 20, (3, 4))])
+def test_pictures_whose_brightness_comes_near_a_limit_of_their_scale_are_averaged(
+        profile, kind, level, lamps):
+    """Levels around a power of two, and lamps around the share of pixels that may saturate."""
+    random, pair = np.random.default_rng(0), scene(120, 200, noise=0.0)
+    matcher = StereoMatcher(MatcherConfig.from_profile(
+        profile, **SMALL, population=2, generations=1))
+    scale = 0.9 * level / max(pair.left.max(), pair.right.max())
+    for frame in range(8):
+        images = [image * scale + random.normal(0, max(level / 150, 0.7), image.shape)
+                  for image in (pair.left, pair.right)]
+        for image in images:
+            image[:4, :20] = level + frame % 2
+            image[32, :lamps[frame % 2]] = 200 if kind is np.uint8 else 4000
+        matcher.match(*(np.clip(np.rint(image), 0, None).astype(kind) for image in images))
+    assert matcher.state.ages.mean() > 5
