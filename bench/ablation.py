@@ -117,7 +117,7 @@ def on_scene(scene, ours):
 
     for turn in range(TURNS + 1):       # the first one observes, the others are timed
         for name, matcher in matchers.items():
-            matcher.reset()
+            matcher.restore(None)
             matches[name].append(matcher.match(pair.left, pair.right,
                                                observe=None if turn else observe))
     default = matchers[DEFAULT.name]

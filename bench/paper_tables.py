@@ -187,7 +187,7 @@ def attempt(config, pair, turns=1, stages=None):
     matcher.match(pair.left[:WARM_UP_ROWS], pair.right[:WARM_UP_ROWS])
 
     def work():
-        matcher.reset()
+        matcher.restore(None)
         return matcher.match(pair.left, pair.right)
     match, milliseconds = fastest(work, turns, processor=True)
     fitness = [generation.best_fitness for generation in match.history] or [float('nan')]

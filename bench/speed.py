@@ -139,7 +139,7 @@ def _ours(ours, frames, disparities, threads, name, places=None):
 
     def work(frame):
         if name == FIRST:
-            matcher.reset()
+            matcher.restore(None)
         elif matcher.rows.pair:
             matcher.restore(None if name == COLD else matcher.state,
                             matcher.rows._replace(pair=UNMEASURED))

@@ -76,7 +76,9 @@ class PairMatcher:
         with self._lock:
             prepared, self._prepared = self._prepared, None
             if prepared is not None:
+                rows = self._matcher.rows       # of the camera, with any parameters
                 self.config, self._matcher = prepared
+                self._matcher.restore(None, rows)
                 self.change = ''
         if self._reset:
             self._reset = False

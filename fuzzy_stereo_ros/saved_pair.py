@@ -45,7 +45,8 @@ To match it again and compare the result with the saved one, run in this folder:
 fuzzy-stereo match --saved .
 """
 RESULTS = 'disparity', 'confidence'
-ROWS_NUMBERS = 'pair', 'search', 'pause'
+ROWS = {**{name: type(value) for name, value in Rows()._asdict().items()},
+        'points': int, 'undone': list, 'rig': list}     # as they are recorded
 
 
 def versions():
@@ -233,10 +234,9 @@ def _saved_pair(record, arrays, left, right):
     match = Match(*(arrays.pop(name) for name in RESULTS), history,
                   all_of(float, 'times', record['times']), record['warm'], record['motion'],
                   record['reused'], record['beyond'], record['enough'])
-    rows = _checked('rows', record['rows'], {
-        'points': int, 'undone': list, 'rig': list, **dict.fromkeys(ROWS_NUMBERS, int)})
-    rows = Rows(arrays.pop('points'), np.array(rows['undone'], np.float64), *(
-        rows[name] for name in ROWS_NUMBERS), tuple(rows['rig']))
+    rows = _checked('rows', record['rows'], ROWS)
+    rows = Rows(**{**rows, 'points': arrays.pop('points'), 'rig': tuple(rows['rig']),
+                   'undone': np.array(rows['undone'], np.float64)})
     state = record['state']
     if state is not None:
         state = _state(state, arrays)

@@ -270,7 +270,7 @@ class _Call:
             self._done[index] = 1
             self._wake()
 
-    def help(self):
+    def assist(self):
         """Do the same in a helping thread; `each` raises its error."""
         try:
             self._helping.add(get_ident())      # before it takes an item: see join
@@ -327,7 +327,7 @@ class _Helper(Thread):
 
     def run(self):
         for call in iter(self.calls.get, None):
-            call.help()
+            call.assist()
             del call        # a waiting thread keeps no frame in memory
 
 

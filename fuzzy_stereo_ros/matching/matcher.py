@@ -42,7 +42,7 @@ class StereoMatcher:
         self.config = config or MatcherConfig()
         self._stages, self._alignment = stages, RowAlignment(self.config)
         self.algorithm, self._shape = None, None
-        self.reset()
+        self.restore(None)
 
     def match(self, left, right, stamp=None, observe=None, camera=None):
         """
@@ -58,7 +58,7 @@ class StereoMatcher:
         """
         started = time.perf_counter_ns()
         left, right = checked_pair(left, right, self.config)
-        stamp = checked_stamp(stamp)
+        stamp, rig = checked_stamp(stamp), rig_of(left, camera, self.config.reference)
         if self.config.reference == 'right':
             left, right = mirrored(right), mirrored(left)
             camera = camera and camera.mirrored_right(left.shape[1])
@@ -66,7 +66,7 @@ class StereoMatcher:
         wider = searched(self.config, shape[1])
         algorithm, aligning = self._algorithm_of(shape, wider), time.perf_counter_ns()
         algorithm.pool.begin_frame()
-        aligned, rows = self._alignment.align(algorithm.pool, self.rows, left, right, camera)
+        aligned, rows = self._alignment.align(algorithm.pool, self.rows, left, right, rig)
         align_ms = (time.perf_counter_ns() - aligning) / 1e6
         previous = self._previous(shape, stamp)
         frame = previous.frame + 1 if previous is not None and stamp is None else 0
@@ -89,8 +89,8 @@ class StereoMatcher:
         return match
 
     def reset(self):
-        """Forget all previous frames."""
-        self.restore(None)
+        """Forget all previous frames, but not the rows of the rig."""
+        self.state = None
 
     def restore(self, state, rows=None):
         """Continue after the `state` and the `rows` of a matcher of the same configuration."""
@@ -185,7 +185,7 @@ def warm_up_pairs(config):
         for channels in (1, 3):
             matcher = StereoMatcher(small)
             if channels == 1:       # those of colour search for the rows
-                rig = rig_of(scene[0], warm_up_camera(scene[0]))
+                rig = rig_of(scene[0], warm_up_camera(scene[0]), small.reference)
                 matcher.restore(None, Rows(undone=np.array([0.5, 0, 0, 0]), pair=1, rig=rig))
             for picture in scene:
                 image = np.squeeze(np.stack([picture.astype(kind)] * channels, -1))

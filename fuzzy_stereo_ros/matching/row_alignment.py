@@ -4,15 +4,16 @@
 Undo the offset between the rows of a pair, as it is measured from pair to pair.
 
 Not in the paper, whose pairs are rectified exactly: a rig that was knocked or has warmed up gives
-others. Features tell the offset of the first pair before it is matched; corners with a confident
-disparity refine it every few pairs. The right image is read at the rows of the left one; the
-disparity stays that of the left image.
+others. Features tell the offset of the first pair before it is matched, and again where
+confidence falls; corners with a confident disparity refine it every few pairs. The right image is
+read at the rows of the left one; the disparity stays that of the left image.
 """
 from typing import NamedTuple
 
 import cv2
 from fuzzy_stereo_ros.matching.bands import cut_bands
 from fuzzy_stereo_ros.matching.kernels.possibility.row_alignment import shift_rows
+from fuzzy_stereo_ros.matching.plausibility import CONFIRMED, mean_confidence, MEMORY
 from fuzzy_stereo_ros.matching.row_offsets import (
     CERTAIN, corner_offsets, feature_offsets, FEWEST, misalignment_of, normalised_half,
     PAIRS_OF_SWING, PLACES, terms_at)
@@ -27,6 +28,7 @@ KNOCK = 0.5         # px by which these significantly differ from those before t
 LONGEST_PAUSE = 512     # pairs between two searches for features where these are few
 BLOCK_SIDE, UNIQUE = 7, 10  # block matching that confirms features: px of a side, % of margin
 HIDDEN = 1.5        # px beyond the right image from which a row is not matched
+LOWER = 0.85        # share of the usual confidence, below which rows may have changed
 FEWER = 0.99        # least share of the matches with the new rows, relative to the old ones
 
 
@@ -37,7 +39,8 @@ class Rows(NamedTuple):
     points: float32 (N, 4), column, row and offset of `row_offsets`, and the number of the measured
     pair, from 0. undone: float64 (4,), the terms that are undone, px. pair: number of the next
     pair. search: number of the pair in which features are searched next; pause: pairs from a
-    search that finds too few to the next. rig: rows and columns of the images, and the camera.
+    search that finds too few to the next. rig: of `rig_of`. usual: mean confidence; low: newest
+    pairs in a row that have less than LOWER of it.
     """
 
     points: np.ndarray = np.zeros((0, 4), np.float32)
@@ -46,6 +49,18 @@ class Rows(NamedTuple):
     search: int = 0
     pause: int = PERIOD
     rig: tuple = ()
+    usual: float = 0.0
+    low: int = 0
+
+    def of(self, rig):
+        """Return the Rows of a rig: those of the other image as reference, or new ones."""
+        if rig == self.rig:
+            return self
+        if rig[1:] != self.rig[1:]:
+            return Rows(rig=rig)
+        points, columns = self.points.copy(), rig[2]
+        points[:, 0], points[:, 2] = columns - 1 - points[:, 0], -points[:, 2]
+        return self._replace(rig=rig, points=points, undone=self.undone * (-1, 1, -1, 1))
 
     def measured(self, shape):
         """Return the Misalignment of images of a shape (rows, columns), None if it is unknown."""
@@ -84,18 +99,16 @@ class RowAlignment:
         self._undoes, self._moved = config.align_rows, None
         self._fitted, self._seen = (None, None), (None, None, None)
 
-    def align(self, pool, rows, left, right, camera):
+    def align(self, pool, rows, left, right, rig):
         """
         Return the right image at the rows of the left one, and the Rows.
 
         pool: the ThreadPool; rows: the Rows after the previous pair; left, right: uint8 or uint16,
-        (R, C) or (R, C, 3); camera: a Camera, or None; another rig is measured anew. Where less
-        than LEAST_OFFSET is to be undone the right image is returned as it is; else the next pair
+        (R, C) or (R, C, 3); rig: of `rig_of`; another rig is measured anew. Where less than
+        LEAST_OFFSET is to be undone the right image is returned as it is; else the next pair
         overwrites the one that is returned.
         """
-        rig = rig_of(left, camera)
-        if rig != rows.rig:
-            rows = Rows(rig=rig)
+        rows = self._stepped(rows.of(rig), left.shape[:2])      # by this configuration
         if rows.pair == rows.search:
             rows = self._searched(pool, rows, left, right)
         return self._shifted(pool, right, rows.undone), rows
@@ -112,7 +125,10 @@ class RowAlignment:
 
         rows: of `align`; left, right: as they came; match: the Match with the aligned image
         """
-        pair, shape = rows.pair, match.disparity.shape
+        pair, shape, confidence = rows.pair, match.disparity.shape, mean_confidence(match)
+        low = rows.low + 1 if confidence < LOWER * rows.usual else 0
+        rows = rows._replace(low=low, usual=rows.usual + (
+            MEMORY if rows.usual else 1) * (confidence - rows.usual))
         if pair % PERIOD == 0 or pair < FIRST or pair < PERIOD and pair & (pair - 1) == 0:
             found = corner_offsets(left, right, match.disparity, match.confidence, rows.undone)
             rows = self._stepped(rows.with_points(found, shape), shape)
@@ -121,6 +137,8 @@ class RowAlignment:
             elif rows.search <= pair:
                 rows = rows._replace(search=pair + rows.pause,
                                      pause=min(2 * rows.pause, LONGEST_PAUSE))
+        if low % CONFIRMED == 0 and (low // CONFIRMED).bit_count() == 1:    # after 5, 10, 20 ...
+            rows = rows._replace(search=pair + 1)
         return rows._replace(pair=pair + 1)
 
     def _searched(self, pool, rows, left, right):
@@ -141,7 +159,9 @@ class RowAlignment:
     def _stepped(self, rows, shape):
         """Return the Rows that undo the measured offset, if it differs significantly."""
         measured = self.measured(rows, shape)
-        if not self._undoes or measured is None or (
+        if not self._undoes:
+            return rows._replace(undone=np.zeros(4)) if rows.undone.any() else rows
+        if measured is None or (
                 measured.deviation(rows.undone)
                 <= (LEAST_CHANGE if rows.undone.any() else LEAST_OFFSET)):
             return rows
@@ -200,6 +220,10 @@ class RowAlignment:
         return index, np.clip(index[:, None], first, last)
 
 
-def rig_of(image, camera):
-    """Return the identity of a rig: the size of its images and its camera, or None."""
-    return (*image.shape[:2], *(() if camera is None else map(float, camera[:5])))
+def rig_of(image, camera, reference='left'):
+    """
+    Return the identity of a rig: reference image, rows, columns, and numbers of its left camera.
+
+    image: one of its pair; camera: the `Camera`, or None
+    """
+    return (reference, *image.shape[:2], *(() if camera is None else map(float, camera[:5])))

@@ -312,7 +312,7 @@ def match_segment(config, pairs, warming):
     """
     with _one_at_a_time:
         matcher, outcomes = _warm_matcher(config), []
-        matcher.reset()
+        matcher.restore(None)
         for pair, reset in pairs:
             if reset:
                 matcher.reset()

@@ -5,6 +5,8 @@ from dataclasses import replace
 from queue import SimpleQueue
 from unittest.mock import Mock
 
+from bench.conditions import misaligned
+import cv2
 from fuzzy_stereo_ros import pair_matcher
 from fuzzy_stereo_ros.matching import MatcherConfig
 from fuzzy_stereo_ros.matching.realtime.refinement import Refinement
@@ -41,6 +43,9 @@ class Gated:
 
     def match(self, left, right, stamp, camera):
         return self.config.disparities
+
+    def restore(self, state, rows):
+        pass
 
 
 @pytest.fixture
@@ -94,6 +99,32 @@ def test_the_newest_request_replaces_those_that_wait_are_prepared_or_are_ready(b
     Gated.permits.put(None)
     assert bench.ready.get(timeout=SOON) == (32, None)
     assert matched(bench) == 17
+
+
+def test_the_rows_of_a_rig_stay_with_changed_parameters_and_after_resets():
+    """Each change is followed by a pair without texture, in which nothing can be measured."""
+    left, right = (cv2.GaussianBlur(image, None, 1.0) for image in shifted_pair(13, 240, 320))
+    right, plain, ready = misaligned(right, tilt=2.0), np.full_like(left, 100), SimpleQueue()
+    matcher = PairMatcher(MatcherConfig(disparities=32, confidence_threshold=0.4),
+                          on_ready=lambda config, error: ready.put(error))
+    matcher.warm_up()
+
+    def share_of_right_pixels(stamp, *images):
+        disparity = matcher.match(StereoPair(*images, CALIBRATION, stamp)).match.disparity
+        return np.mean(np.abs(disparity - 13) < 1)
+    for stamp in (5, 6, 7):
+        assert share_of_right_pixels(stamp, left, right) > 0.8
+    for changes in ({'confidence_threshold': 0.5}, {'reference': 'right'}, {'align_rows': False},
+                    {'align_rows': True, 'reference': 'left', 'disparities': 40}, None):
+        if changes:
+            matcher.request(replace(matcher.config, **changes))
+            assert ready.get(timeout=SOON) is None
+        else:
+            matcher.reset()
+        share_of_right_pixels(3, plain, plain)      # the stamps jump back, too
+        share = share_of_right_pixels(4, left, right)
+        assert share > 0.8 if matcher.config.align_rows else share < 0.3
+    assert matcher.close()
 
 
 def test_an_error_is_reported_and_the_next_request_is_prepared(bench):

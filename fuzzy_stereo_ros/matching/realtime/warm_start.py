@@ -238,8 +238,9 @@ class WarmStart:
         """
         Return the FrameState of this frame, with what `keep` copied.
 
-        views: the `Views` of the pair; refinement: the `Refinement` that has made the match; genes: its `Genes`; config: the
-        MatcherConfig; match: the `Match`; before: the FrameState of the previous frame
+        views: the `Views` of the pair; refinement: the `Refinement` that has made the match;
+        genes: its `Genes`; config: the MatcherConfig; match: the `Match`; before: the FrameState
+        of the previous frame
         """
         (labels, validity), self._kept = self._kept, None
         cells, *seen = self._moved_prior.note(

@@ -190,7 +190,7 @@ def test_nobody_waits_for_a_helper_that_does_other_work():
     pool, gate, done = ThreadPool(2), threading.Event(), []
     pool.each(done.append, range(2))
     (queue,) = pool._queues
-    queue.put(SimpleNamespace(help=lambda: gate.wait(20)))
+    queue.put(SimpleNamespace(assist=lambda: gate.wait(20)))
     pool.each(done.append, range(2, 5))
     assert sorted(done) == [0, 1, 2, 3, 4] and not gate.is_set()
     gate.set()
@@ -283,10 +283,10 @@ def test_an_exception_at_any_line_of_any_thread_ends_the_call_for_all_threads(
     pool, working, done, told = ThreadPool(threads), [], [], []
 
     def trace(frame, event, argument):
-        if frame.f_code.co_filename == bands.__file__ or frame.f_code is work.__code__:
-            if event == 'line' and next(lines) == strike:
-                raise Struck
-            return trace
+        ours = frame.f_code.co_filename == bands.__file__ or frame.f_code is work.__code__
+        if ours and event == 'line' and next(lines) == strike:
+            raise Struck
+        return trace if ours else None
 
     def work(item):
         working.append(item)

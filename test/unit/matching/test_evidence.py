@@ -14,6 +14,7 @@ from hypothesis import given, settings, strategies as st
 import numpy as np
 import pytest
 
+SURE = {'realtime': .01, 'fast': .02}     # share of a small picture that noise may match
 COVERS = {'black': 0, 'white': 255, 'plain': 110, 'dark': 6}
 
 
@@ -56,7 +57,7 @@ def test_a_covered_lens_gives_no_confidence(
     level = COVERS[cover] * (257 if deep else 1)
     shot[side] = noisy(np.full_like(shot[side], level), noise, random)
     match = matcher.match(*shot)
-    assert (match.confidence >= .5).mean() <= .01
+    assert (match.confidence >= .5).mean() <= SURE[profile]
     assert (np.isfinite(match.disparity) & (match.confidence == 0)).sum() == 0
 
 

@@ -10,6 +10,7 @@ from fuzzy_stereo_ros.matching.bands import cut_bands, ThreadPool
 from fuzzy_stereo_ros.matching.kernels.possibility.row_alignment import (
     nearest_features, shift_rows)
 from fuzzy_stereo_ros.matching.match import Camera
+from fuzzy_stereo_ros.matching.plausibility import CONFIRMED
 from fuzzy_stereo_ros.matching.row_alignment import LEAST_OFFSET, PERIOD, RowAlignment, Rows
 from fuzzy_stereo_ros.matching.row_offsets import terms_at
 from fuzzy_stereo_ros.synthetic.scenes import make_pair
@@ -190,16 +191,18 @@ def test_another_size_or_camera_begins_anew(scene):
     match_all(StereoMatcher(replace(CONFIG, disparities=16)), [(smaller.left, smaller.right)])
 
 
-def test_a_rig_after_a_knock_is_put_right(scene):
-    knock = -6.0
-    matcher = StereoMatcher(CONFIG)
+@pytest.mark.parametrize('knock, covered', [(-6.0, 0), (2.0, 0), (2.0, 30)])
+def test_a_rig_after_a_knock_is_put_right_within_pairs(scene, knock, covered):
+    """Also while the cameras see nothing for some pairs."""
+    matcher, blank = StereoMatcher(CONFIG), np.full((ROWS, COLUMNS), 100, np.uint8)
     match_all(matcher, [(scene.left, scene.right)] * 5)
     assert not matcher.rows.undone.any()
+    match_all(matcher, [(blank, blank)] * covered)
     after = scene.left, misaligned(scene.right, tilt=knock)
     assert wrong(matcher.match(*after), scene) > 20
-    match_all(matcher, [after] * (2 * PERIOD))
-    assert matcher.rows.undone[0] == pytest.approx(knock, abs=0.2)
+    match_all(matcher, [after] * (CONFIRMED - 1 if not covered else covered))
     assert wrong(matcher.match(*after), scene) < 5
+    assert matcher.rows.undone[0] == pytest.approx(knock, abs=0.2)
 
 
 def test_a_swing_between_exposures_is_not_followed(scene):

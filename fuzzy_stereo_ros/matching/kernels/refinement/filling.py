@@ -26,7 +26,7 @@ def fill_rows(labels, validity, filled, first, last):
     """
     Copy the labels and fill each rejected run with the background label or that of its nearer end.
 
-    A row without any consistent label takes that of the nearest row above, or 0 where none has one.
+    A row without consistent labels takes those of the nearest row above, or 0 where none has any.
     """
     columns, source = labels.shape[1], first
     while source >= 0 and next_byte(validity[source], 0, INVALID, False) == columns:
