@@ -26,6 +26,7 @@ from fuzzy_stereo_ros.evaluation.ground_truth import MIDDLEBURY
 from fuzzy_stereo_ros.evaluation.matchers import Ours
 from fuzzy_stereo_ros.evaluation.report import Table
 from fuzzy_stereo_ros.matching import MatcherConfig
+from fuzzy_stereo_ros.matching.bands import processors
 from fuzzy_stereo_ros.matching.realtime.still_scene import SETTLED
 from fuzzy_stereo_ros.pairs.stereo_pair import number_of
 import numpy as np
@@ -58,7 +59,7 @@ def run(request):
     scene = min(scenes, key=lambda one: [*PREFERRED, one.group].index(one.group))
     pair = scene.read()
     sizes, growing = (QUICK_SIZES, QUICK_SIZES) if request.quick else (SIZES, GROWING)
-    threads = [count for count in THREADS if count <= (os.cpu_count() or 1)]
+    threads = [count for count in THREADS if count <= processors()]
     skipped = [f'{count} threads: there is one core' for count in THREADS
                if count not in threads]
     rounds = [(size, count) for size in sizes for count in threads]

@@ -9,7 +9,6 @@ medians hold even if the times do not.
 from dataclasses import asdict, replace
 from functools import partial
 import json
-import os
 from pathlib import Path
 import re
 import sys
@@ -20,6 +19,7 @@ from fuzzy_stereo_ros.commands.parts import for_json, UNTOUCHED
 from fuzzy_stereo_ros.evaluation.baselines import opencv_threads, TUNED
 from fuzzy_stereo_ros.evaluation.ground_truth import MIDDLEBURY
 from fuzzy_stereo_ros.matching import StereoMatcher
+from fuzzy_stereo_ros.matching.bands import processors
 from fuzzy_stereo_ros.parameters.options import (
     add_matcher_options, add_options, matcher_config, option_values)
 from fuzzy_stereo_ros.program import give_back_memory
@@ -71,7 +71,7 @@ def run(arguments, stream, progress_stream=None):
         raise ValueError(f'--repeats is {arguments.repeats}; allowed are 1 and more')
     frames = [(pair.left, pair.right) for pair in make_sequence(
         size['rows'], size['columns'], config.disparities, FRAMES, noise=NOISE, colour=True)]
-    threads = config.threads or os.cpu_count() or 1
+    threads = config.threads or processors()
     with opencv_threads(threads):
         rows = measured(config, frames, arguments.repeats, progress_stream or sys.stderr)
     title = f"{size['columns']}x{size['rows']}, {config.disparities} disparities"

@@ -22,6 +22,7 @@ from types import FunctionType
 from typing import NamedTuple
 import warnings
 
+from fuzzy_stereo_ros.matching.bands import processors
 from fuzzy_stereo_ros.matching.config import MatcherConfig
 from fuzzy_stereo_ros.matching.kernels import compiled
 from fuzzy_stereo_ros.matching.matcher import warm_up_camera, warm_up_pairs
@@ -88,7 +89,7 @@ def serve(config):
     os.close(filled)
     gc.disable()        # looking for garbage meanwhile is a fifth of the time
     forked = []
-    while len(forked) < len(os.sched_getaffinity(0)) - 1 and 0 not in forked:
+    while len(forked) < processors() - 1 and 0 not in forked:
         forked.append(os.fork())
     # A compilation cannot be interrupted.
     threading.Thread(target=lambda: (sys.stdin.read(), os._exit(0)), daemon=True).start()

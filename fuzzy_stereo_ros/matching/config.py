@@ -40,12 +40,12 @@ class MatcherConfig:
         False, 'fill rejected pixels from the background; a filled pixel has confidence 0. What '
         'was found to be nearer than the range stays invalid')
     fill_holes: int = _number(
-        0, 0, 1000000, 'px', 'fill connected regions of at most so many rejected pixels, as fill '
+        0, 0, 1000000, 'px²', 'fill connected regions of at most so many rejected pixels, as fill '
         'does all; 0 fills none')
     confidence_threshold: float = _number(
         0.0, 0.0, 1.0, '', 'pixels of less confidence are invalid')
     speckle_size: int = _number(
-        100, 0, 1000000, 'px',
+        100, 0, 1000000, 'px²',
         'connected regions smaller than this are rejected; 0 keeps all (realtime and '
         'quality)')
     speckle_range: int = _number(
@@ -70,7 +70,8 @@ class MatcherConfig:
         'no operator starts after this time, nor, in realtime, one that would end after it; 0 is '
         'no deadline, and only then are results the same on every run')
     threads: int = _number(
-        0, 0, 256, '', 'threads that match one pair; 0 is one per core; never changes the result')
+        0, 0, 256, '', 'threads that match one pair; 0 is one for each processor that '
+        'the process may use; never changes the result')
     seed: int = _number(
         0, 0, 2**31 - 1, '', 'seed of the random numbers; equal seeds and input give equal output')
     population: int = _number(
@@ -136,15 +137,20 @@ class MatcherConfig:
         """
         Return the configuration for images reduced to a scale, 0 < scale <= 1.
 
-        Parameters in pixels are scaled, so that the same distances are searched; at scale 1 it is
-        equal to this one. Raises ValueError for another scale.
+        Lengths (px) and areas (px²) are scaled, and stay above 0 where they are; the same
+        distances are searched. At scale 1 it is equal to this one. Raises ValueError for another
+        scale.
         """
         if not 0 < scale <= 1:
             raise ValueError(f'scale is {scale!r}; allowed are numbers above 0 up to 1')
         first = math.floor(self.min_disparity * scale)
         last = math.ceil((self.min_disparity + self.disparities - 1) * scale)
-        return replace(self, min_disparity=first, disparities=last - first + 1,
-                       speckle_size=round(self.speckle_size * scale**2))
+        scaled = {one.name: max(round(value * factor), min(value, 1))
+                  for unit, factor in (('px', scale), ('px²', scale**2)) for one in fields(self)
+                  for value in (getattr(self, one.name),) if one.metadata.get('unit') == unit}
+        return replace(self, **scaled | {
+            'min_disparity': first, 'disparities': last - first + 1,
+            'neighbourhood': scaled['neighbourhood'] | 1})      # odd
 
     def rejects(self, confidence):
         """Return where the disparity of a confidence, float (R, C), is invalid: bool (R, C)."""

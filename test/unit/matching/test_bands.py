@@ -97,8 +97,10 @@ def test_helpers_share_the_only_processor_that_is_allowed():
         os.sched_setaffinity(0, {min(allowed)})     # while the pool works
         pool.each(done.append, range(3))
         assert processors_of_helpers(pool) == [{min(allowed)}]
+        assert ThreadPool(0).threads == 1
     finally:
         os.sched_setaffinity(0, allowed)
+    assert ThreadPool(0).threads == len(allowed)
     pool.each(done.append, range(3))
     assert processors_of_helpers(pool)[0] <= allowed
     assert sorted(done) == [0, 0, 0, 1, 1, 1, 2, 2, 2]

@@ -32,12 +32,19 @@ def test_no_more_is_searched_than_the_full_range_needs(searched, scale):
 
 
 def test_parameters_in_pixels_shrink_and_all_others_stay():
-    config = MatcherConfig.from_profile('quality', min_disparity=-3, disparities=64,
-                                        speckle_size=100, speckle_range=2, seed=5, threads=2)
+    config = MatcherConfig.from_profile(
+        'quality', min_disparity=-3, disparities=64, speckle_size=100, speckle_range=4,
+        fill_holes=8, neighbourhood=21, seed=5, threads=2)
     assert config.at_scale(0.5) == replace(
-        config, min_disparity=-2, disparities=33, speckle_size=25)
+        config, min_disparity=-2, disparities=33, speckle_size=25, speckle_range=2, fill_holes=2,
+        neighbourhood=11)
     assert config.at_scale(0.25) == replace(
-        config, min_disparity=-1, disparities=17, speckle_size=6)
+        config, min_disparity=-1, disparities=17, speckle_size=6, speckle_range=1, fill_holes=1,
+        neighbourhood=5)
+    for scale in (1, 0.25, 0.01):       # what is off stays off, and nothing else is switched off
+        assert replace(MatcherConfig().at_scale(scale), min_disparity=0, disparities=64) == replace(
+            MatcherConfig(), speckle_size=max(round(100 * scale**2), 1),
+            neighbourhood=max(round(25 * scale), 1) | 1)
 
 
 @pytest.mark.parametrize('scale', [0, -1, 1.5, float('nan')])
