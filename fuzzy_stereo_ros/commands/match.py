@@ -144,7 +144,9 @@ def run(arguments, stream):
     match = matcher.match(left, right, camera=camera_of(pair), **known)
     milliseconds = 1000 * (time.perf_counter() - start)
     match = without_missing(match, pair.missing)
-    finding = PlausibilityCheck().add(left, right, match, config)
+    finding = PlausibilityCheck().add(
+        left, right, match, config,
+        pair.calibration.offset if automatic or pair.calibration.focal else None)
     if 'output' in outputs:
         write_disparity(outputs['output'], match.disparity)
     if 'picture' in outputs:

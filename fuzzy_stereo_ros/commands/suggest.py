@@ -69,7 +69,7 @@ def run(arguments, stream):
         match = matcher.match(pair.left, pair.right, stamp=pair.stamp, camera=camera_of(pair))
         times.append(match.times['total'])
         noise.append(matcher.algorithm.noise)       # of the first pair: nothing is averaged
-        finding = check.add(pair.left, pair.right, match, config)
+        finding = check.add(pair.left, pair.right, match, config, pair.calibration.offset)
     rate, milliseconds = _rate(pairs), min(times)
     chosen, kept_up = _scale(scale, milliseconds, rate)
     whole = replace(config, min_disparity=round(first / scale), disparities=round(count / scale))

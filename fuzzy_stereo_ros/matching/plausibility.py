@@ -4,11 +4,11 @@
 Find out why little of a pair can be matched: a named finding, its cause and its remedy.
 
 Not in the paper, whose pairs are of one scene, rectified and within the range. Matching along rows
-finds something in any two images, so its result alone does not tell what is wrong. Where
-confidence is low, or disparities end at the end of the range, features of both images are compared
-without regard to rows, range and sides: where they agree says whether rows are apart, left and
-right are swapped, the range is too short, or the images do not belong together. Brightness and
-texture say whether there are features at all.
+finds something in any two images, so its result alone does not tell what is wrong. Some causes are
+seen at sight: by brightness and texture, or as a picture that is that of the other side, or of the
+pair before. Else features of both images are compared without regard to rows, range and sides:
+where they agree says whether rows are apart, left and right are swapped, one camera has turned,
+the range is too short, or the images do not belong together.
 """
 from collections import deque
 import time
@@ -19,6 +19,7 @@ from fuzzy_stereo_ros.matching.row_offsets import misalignment_of, terms_at
 import numpy as np
 
 TIME_SHARE = 0.004  # share of the matching time that may be spent on the search for causes
+KNOWN_SHARE = 0.02  # the same while a cause is known that may end at any time
 MOST_CREDIT = 20.0  # ms of this time that are saved up while nothing is suspicious
 CONFIRMED = 5       # pairs in a row after which a live node changes its finding
 SAMPLE_STEP = 4     # every so many rows and columns of a result are read
@@ -27,20 +28,28 @@ LOW_CONFIDENCE = 0.65
 FALL = 0.75         # share of the usual mean confidence
 MEMORY = 0.02       # weight of the newest pair in the usual confidence
 LAST_LABELS = 3     # labels that count as the end of the range
-AT_THE_END = 0.05   # share of the valid pixels that have one of these
+AT_THE_ENDS = 0.05  # share of the valid pixels that have one of these, or are beyond infinity
 NEARER = 0.01       # share of the matches that are rejected as beyond the range
 # Pictures, in grey levels of 8 bits.
 BLACK, WHITE = 20, 250
 FEWEST_BITS = 12    # least number of bits that images of 16 bits are assumed to use
+BRIGHTEST, DARKEST = 99, 10     # percentiles; hot pixels do not count
 REDUCED = 4         # factor by which images are reduced to measure contrast without noise
 CONTRAST = 6        # grey levels between two pixels of these, two apart
 PLAIN, TEXTURED = 0.02, 0.1     # shares of an image with contrast
+COMPARED = np.s_[::16, ::4]     # rows and columns that are compared, of images that may be equal
+EQUAL = 0.99        # share of their pixels that differ by no more than rounding, 1 level
+CHANGED = 0.05      # least share of the pixels that change from pair to pair, if only by noise
 # Features of both images, reduced to about this many columns.
 REDUCED_COLUMNS, FEATURES, PATCH = 560, 500, 31
 UNIQUE, LIKE = 0.85, 60         # share of the second best distance, and bits of 256
 TOLERANCE = 1.5     # reduced px, by which the rows of a feature may differ
+FARTHER = 2.0       # reduced px beyond infinity that errors of features do not explain
+FLAT = 2.0          # reduced px between near and far features of a wall that faces the cameras
 FEWEST_FEATURES = 20  # features that have to agree
 MANY, UNLIKE, UNSURE = 100, 10, 0.4     # features, most that agree, mean confidence: other scenes
+OUTNUMBERED = 10    # times as many features are farther than infinity as if they are exchanged
+TURNED = 0.25       # share of the features that are farther than infinity
 BEYOND, FEWEST_BEYOND = 0.05, 8     # features that lie beyond the range
 RANGE_MARGIN = 2    # px, around the disparities of features, of a proposed range
 ROUNDED = 16        # a proposed number of disparities is a multiple of it
@@ -50,9 +59,9 @@ class Finding(NamedTuple):
     """
     Why little of a pair can be matched.
 
-    cause: 'dark', 'overexposed', 'covered', 'plain', 'swapped', 'rows', 'range', 'unlike' or
-    'deadline'. sentence: what is wrong, by which figures, and what to do. warns: whether something
-    is wrong; a plain wall that fills the pictures is not.
+    cause: 'dark', 'overexposed', 'covered', 'plain', 'same', 'frozen', 'swapped', 'rows',
+    'turned', 'range', 'unlike' or 'deadline'. sentence: what is wrong, by which figures, and what
+    to do. warns: whether something is wrong; a plain wall that fills the pictures is not.
     """
 
     cause: str
@@ -80,49 +89,77 @@ class PlausibilityCheck:
 
     def reset(self):
         """Forget all pairs."""
-        self.finding, self._usual = None, None
+        self._usual = None
+        self.interrupt()
+
+    def interrupt(self):
+        """End the finding and all suspicions, as when a pair is missing or cannot be matched."""
+        self.finding, self._at_sight = None, False
         self._suspicions = deque(maxlen=self._confirmed)
+        self._compared, self._still = None, [0, 0]
 
     def warm_up(self):
         """Compare two images of noise, as OpenCV loads parts of itself at the first call."""
         noise = np.random.default_rng(0).integers(0, 255, (200, 200), np.uint8)
         features_in_common(noise, noise)
 
-    def add_within_share(self, left, right, match, config):
-        """Do as `add`, but look for a cause only within a share of the time of matching."""
-        self._credit = min(self._credit + TIME_SHARE * match.times['total'], MOST_CREDIT)
-        known_for = left.shape, config
-        if known_for != self._known_for:
-            self._known_for, self._credit = known_for, 0.0
-            self.reset()
-        if self._is_suspicious(match, config) and self._credit >= 0:
-            started = time.perf_counter()
-            self.finding = cause_of(left, right, match, config, self._scale)
-            self._credit -= 1000 * (time.perf_counter() - started)
-
-    def add(self, left, right, match, config):
+    def add(self, left, right, match, config, infinity=None):
         """
         Add a pair and its Match; return the finding.
 
         left, right: uint8 or uint16, (R, C) or (R, C, 3) BGR. config: a MatcherConfig, in px of
-        these images.
+        these images. infinity: disparity of infinitely far points, px, None where not calibrated.
         """
-        if self._is_suspicious(match, config):
-            self.finding = cause_of(left, right, match, config, self._scale)
+        self._credit = MOST_CREDIT
+        return self.add_within_share(left, right, match, config, infinity)
+
+    def add_within_share(self, left, right, match, config, infinity=None):
+        """Do as `add`, but compare features only within a share of the time of matching."""
+        known_for = left.shape, config
+        if known_for != self._known_for:
+            self._known_for, self._credit = known_for, 0.0
+            self.reset()
+        share = KNOWN_SHARE if self.finding and self.finding.warns else TIME_SHARE
+        self._credit = min(self._credit + share * match.times['total'], MOST_CREDIT)
+        if self._is_suspicious(left, right, match, config, infinity):
+            self._look(Evidence(left, right, match, config, self._scale, infinity, self._still))
         return self.finding
 
-    def _is_suspicious(self, match, config):
+    def _look(self, evidence):
+        """Look for the cause of a suspicious pair."""
+        found = _first(AT_SIGHT, evidence)
+        if found:
+            self.finding, self._at_sight = found, True
+        elif self.finding and self._at_sight:
+            self.interrupt()        # it has ended, and the newest pairs say nothing of others
+        elif self._credit >= 0 and not any(self._still):    # features of two moments mislead
+            started = time.perf_counter()
+            self.finding, self._at_sight = _first(CLOSER, evidence.closer()), False
+            self._credit -= 1000 * (time.perf_counter() - started)
+
+    def _is_suspicious(self, left, right, match, config, infinity):
         """Return whether all newest pairs are suspicious; if none is, there is no finding."""
         confidence = mean_confidence(match)
         usual = self._usual = confidence if self._usual is None else self._usual
+        self._note_still(left, right)
         self._suspicions.append(
             confidence < max(LOW_CONFIDENCE, FALL * usual)
-            or share_at_the_end(match, config) > AT_THE_END or match.beyond > NEARER
-            or is_late(match, config))
+            or share_at_the_ends(match, config, infinity or 0.0) > AT_THE_ENDS
+            or match.beyond > NEARER or is_late(match, config) or any(self._still)
+            or is_one_picture(left, right))
         self._usual += MEMORY * (confidence - usual)
         if self.finding is not None and not any(self._suspicions):
             self.finding, self._credit = None, 0.0      # the next suspicious pair is examined
         return len(self._suspicions) == self._confirmed and all(self._suspicions)
+
+    def _note_still(self, left, right):
+        """Count for how many pairs either image has stayed the same while the other changed."""
+        before, self._compared = self._compared, [
+            image[COMPARED].copy() for image in (left, right)]
+        changed = [np.mean(now != then) for now, then in zip(self._compared, before or ())
+                   if now.shape == then.shape]
+        self._still = [(count + 1) * (not own and other > CHANGED) for count, own, other in zip(
+            self._still, changed, changed[::-1])] if len(changed) == 2 else [0, 0]
 
 
 def mean_confidence(match):
@@ -130,11 +167,12 @@ def mean_confidence(match):
     return float(match.confidence[::SAMPLE_STEP, ::SAMPLE_STEP].mean())
 
 
-def share_at_the_end(match, config):
-    """Return the share of the valid disparities that lie at the end of the range, 0 to 1."""
+def share_at_the_ends(match, config, infinity):
+    """Return the share of the valid disparities beyond infinity, or at the range's end, 0 to 1."""
     disparity = match.disparity[::SAMPLE_STEP, ::SAMPLE_STEP]
     last = config.min_disparity + config.disparities - LAST_LABELS
-    return np.count_nonzero(disparity >= last) / max(np.count_nonzero(disparity == disparity), 1)
+    outside = np.count_nonzero((disparity < infinity - FARTHER) | (disparity >= last))
+    return outside / max(np.count_nonzero(disparity == disparity), 1)
 
 
 def is_late(match, config):
@@ -143,46 +181,90 @@ def is_late(match, config):
             and match.generations == 0 and not match.reused)
 
 
-def cause_of(left, right, match, config, scale=1.0):
+def is_one_picture(left, right):
+    """Return whether both images, uint8 or uint16, are the same but for a conversion to grey."""
+    images = [image[COMPARED].copy() for image in (left, right)]
+    if left.ndim != right.ndim:
+        images = [_grey(image) for image in images]
+    return np.count_nonzero(cv2.absdiff(*images) <= 1) >= EQUAL * images[0].size
+
+
+def _first(causes, evidence):
+    """Return the Finding of the first cause that an Evidence shows, None for none."""
+    return next(filter(None, (cause(evidence) for cause in causes)), None)
+
+
+class Evidence:
     """
-    Return the Finding that explains a suspicious Match, None if no cause is known.
+    What a pair and its Match show.
 
-    Arguments as for `PlausibilityCheck` and its `add`.
+    images: in grey, two uint8 (R, C). shares: of either that have contrast. still: for how many
+    pairs either has stayed the same while the other changed. same: whether they are one picture.
+    After `closer`: the number of features of the left image, px of a reduced `pixel`, and of those
+    in common disparities, the rows by which they are lower, and which numbers lie outside.
     """
-    images = _in_grey(left, right)
-    found = (_of_pictures(images) or _of_features(*images, match, config, scale)
-             or _of_matches(match, config, scale))
-    if found is None and is_late(match, config):
-        found = Finding('deadline', f'the deadline of {config.deadline_ms:g} ms ended before the '
-                        f'first generation, after {match.times["total"]:.0f} ms; the result is '
-                        'where evolution would start: raise deadline_ms, or search fewer '
-                        'disparities in smaller images')
-    return found
+
+    def __init__(self, left, right, match, config, scale=1.0, infinity=None, still=(0, 0)):
+        """Measure what is seen at sight; arguments as for `PlausibilityCheck` and its `add`."""
+        self.match, self.config, self.scale, self.infinity = match, config, scale, infinity
+        self.images, self.still = _in_grey(left, right), still
+        self.shares = [textured_share(image) for image in self.images]
+        self.same = is_one_picture(left, right)
+
+    def closer(self):
+        """Compare features; return this evidence."""
+        features, rows = features_in_common(*self.images), self.match.misalignment
+        if rows is not None and rows.undone:
+            features = features._replace(lower=features.lower - terms_at(
+                *features.places.T, *self.images[0].shape) @ rows.terms)
+        apart, limit = _apart(features, self.images[0].shape), TOLERANCE * features.pixel
+        agree = np.abs(features.lower - apart) <= limit
+        self.features, self.apart, found = features, apart[agree], features.disparities[agree]
+        self.fit = np.count_nonzero(np.abs(self.apart) <= max(TOLERANCE, features.pixel / 2))
+        self.disparities, self.number = found, len(found)
+        pixel, first = features.pixel, self.config.min_disparity
+        least = (self.infinity or 0.0) - FARTHER * pixel
+        self.farther, self.nearer, *self.impossible = map(np.count_nonzero, (
+            found < first - pixel, found > first + self.config.disparities - 1 + pixel,
+            found < least, -found < least))
+        return self
 
 
-def _of_pictures(images):
-    """Return the Finding of two grey pictures that show nothing, None if both show something."""
-    brightest, darkest = ([float(np.percentile(image[::SAMPLE_STEP, ::SAMPLE_STEP], percent))
-                           for image in images] for percent in (99, 10))
+def _by_light(evidence):
+    brightest, darkest = zip(*(np.percentile(
+        image[::SAMPLE_STEP, ::SAMPLE_STEP], (BRIGHTEST, DARKEST)) for image in evidence.images))
     dark = _names([value < BLACK for value in brightest])
     if dark:
         return Finding('dark', f'the {dark} black (brightness {max(min(brightest), 0):.0f} of '
                        '255): uncover the lens, switch on a light, or expose longer')
     white = _names([value > WHITE for value in darkest])
-    if white:
-        return Finding('overexposed', f'the {white} white (brightness {max(darkest):.0f} of '
-                       '255): expose shorter, or shade the lens')
-    shares = [textured_share(image) for image in images]
+    return white and Finding(
+        'overexposed', f'the {white} white (brightness {max(darkest):.0f} of 255): expose '
+        'shorter, or shade the lens')
+
+
+def _by_texture(evidence):
+    shares = evidence.shares
     if max(shares) < PLAIN:
         return Finding('plain', f'little texture: {100 * max(shares):.1f} % of the pictures have '
                        'contrast, as of a plain wall that fills them; what is matched there is '
                        'uncertain', warns=False)
     plain = _names([share < PLAIN for share in shares])
-    if plain and max(shares) > TEXTURED:
-        return Finding('covered', f'the {plain} without contrast ({100 * min(shares):.1f} % of '
-                       f'it has any, {100 * max(shares):.0f} % of the other): uncover or clean '
-                       'the lens, or focus it')
-    return None
+    return plain and max(shares) > TEXTURED and Finding(
+        'covered', f'the {plain} without contrast ({100 * min(shares):.1f} % of it has any, '
+        f'{100 * max(shares):.0f} % of the other): uncover or clean the lens, or focus it')
+
+
+def _by_equality(evidence):
+    if evidence.same:
+        return Finding('same', 'left and right are one picture: correct the remapping, or the '
+                       'name, of one of the two')
+    frozen = [side for side, count, share in zip(
+        ('left', 'right'), evidence.still, evidence.shares)
+        if count >= CONFIRMED and share >= PLAIN]
+    return frozen and Finding(
+        'frozen', f'the {frozen[0]} image stays the same while the other one changes: the '
+        f'{frozen[0]} camera or its driver hangs, start it again')
 
 
 def _names(chosen):
@@ -242,37 +324,6 @@ def features_in_common(left, right):
     return Features(len(ours), np.stack([other_x, other_y], 1), x - other_x, other_y - y, pixel)
 
 
-def _of_features(left, right, match, config, scale):
-    """Return the Finding by the features of two grey images, None without one."""
-    features, rows = features_in_common(left, right), match.misalignment
-    if rows is not None and rows.undone:
-        features = features._replace(lower=features.lower - terms_at(
-            *features.places.T, *left.shape) @ rows.terms)
-    apart = _apart(features, left.shape)
-    agree = np.abs(features.lower - apart) <= TOLERANCE * features.pixel
-    number = np.count_nonzero(agree)
-    if features.number > MANY and number < UNLIKE and mean_confidence(match) < UNSURE:
-        return Finding('unlike', f'the images do not show the same: {number} of '
-                       f'{features.number} features of the left image are found in the right '
-                       'one; see that both are of one stereo camera, of one moment, and in focus')
-    if number < FEWEST_FEATURES:
-        return None
-    swapped = _swapped(features.disparities[agree], features.pixel, config)
-    if swapped is not None:
-        return swapped
-    fit = np.abs(features.lower) <= TOLERANCE * features.pixel
-    if 2 * np.count_nonzero(agree & fit) < number:
-        low, high = np.percentile(apart[agree], (5, 95))
-        if high - low > 2:
-            where = f'{low:+.0f} to {high:+.0f} px lower'
-        else:
-            where = f'{abs(low + high) / 2:.0f} px {"lower" if low + high > 0 else "higher"}'
-        return Finding('rows', f'the rows of the images do not fit: {number} features lie '
-                       f'{where} in the right image; rectify the images, or calibrate the two '
-                       'cameras as a pair')
-    return _of_range(features.disparities[agree], features.pixel, config, scale)
-
-
 def _apart(features, shape):
     """Return by how much the row of each feature is expected to be lower in the right image."""
     if not len(features.lower):
@@ -284,57 +335,93 @@ def _apart(features, shape):
         *features.places.T, *shape) @ surface.terms) * np.ones(len(features.lower))
 
 
-def _swapped(disparities, pixel, config):
-    """Return the Finding that the images are swapped, None if they are not."""
-    first, last = config.min_disparity - pixel, config.min_disparity + config.disparities
-    fit, exchanged = (np.count_nonzero((signed >= first) & (signed <= last))
-                      for signed in (disparities, -disparities))
-    if exchanged < max(2 * fit, FEWEST_FEATURES):
+def _unlike(evidence):
+    total, number = evidence.features.number, evidence.number
+    return total > MANY and number < UNLIKE and mean_confidence(evidence.match) < UNSURE and (
+        Finding('unlike', f'the images do not show the same: {number} of {total} features of the '
+                'left image are found in the right one; see that both are of one stereo camera, '
+                'of one moment, and in focus'))
+
+
+def _by_infinity(evidence):
+    (here, exchanged), number = evidence.impossible, evidence.number
+    # Where infinity is not known, a range that includes them may be right.
+    if here < max(TURNED * number, FEWEST_FEATURES) or evidence.infinity is None and (
+            max(evidence.nearer, evidence.farther) < max(FEWEST_BEYOND, BEYOND * number)):
         return None
-    return Finding('swapped', f'left and right are swapped: of {len(disparities)} features in '
-                   f'common {fit} lie within the range as the images are, {exchanged} if they are '
-                   'exchanged; exchange the images and their camera_info')
+    far, middle, near = np.percentile(evidence.disparities, (10, 50, 90))
+    if near - far > FLAT * evidence.features.pixel and here >= OUTNUMBERED * exchanged:
+        return Finding('swapped', f'left and right are swapped: of {number} features in common '
+                       f'{here} are farther than infinity as the images are, {exchanged} if they '
+                       'are exchanged; exchange the images and their camera_info')
+    return Finding('turned', f'{100 * here / number:.0f} % of the features in common are farther '
+                   f'than infinity (disparity {middle / evidence.scale:.0f} px in the middle), as '
+                   'if one camera had turned: see that none hangs and both expose at one moment, '
+                   'or rectify, or calibrate the two as a pair; if the cameras face a flat wall, '
+                   'left and right may be swapped')
 
 
-def _of_range(disparities, pixel, config, scale):
-    """Return the Finding that the range leaves features out, None if it does not."""
-    first, last = config.min_disparity, config.min_disparity + config.disparities - 1
-    least, most = np.percentile(disparities, (1, 99)) / scale
-    searched = f'searched are {first / scale:.0f} to {last / scale:.0f}'
-    nearer, farther = (np.count_nonzero(outside) for outside in (
-        disparities > last + pixel, disparities < first - pixel))
-    fewest = max(FEWEST_BEYOND, BEYOND * len(disparities))
-    if nearer >= fewest:
-        needed = -(-(most + RANGE_MARGIN - first / scale) // ROUNDED) * ROUNDED
-        return Finding('range', f'{100 * nearer / len(disparities):.0f} % of the features in '
-                       f'common are nearer than the range reaches (up to {most:.0f} px, '
-                       f'{searched}): search {needed:.0f} disparities')
-    if farther >= fewest:
-        return Finding('range', f'{100 * farther / len(disparities):.0f} % of the features in '
-                       f'common are farther than the range begins (from {least:.0f} px, '
-                       f'{searched}): lower min_disparity to {least - RANGE_MARGIN:.0f}')
-    return None
-
-
-def _of_matches(match, config, scale):
-    """Return the Finding that a part of the matches lies beyond the range, None if few do."""
-    if match.beyond <= NEARER:
+def _by_rows(evidence):
+    if evidence.number < FEWEST_FEATURES or 2 * evidence.fit >= evidence.number:
         return None
+    low, high = np.percentile(evidence.apart, (5, 95))
+    where = f'{low:+.0f} to {high:+.0f} px lower' if high - low > 2 else (
+        f'{abs(low + high) / 2:.0f} px {"lower" if low + high > 0 else "higher"}')
+    return Finding('rows', f'the rows of the images do not fit: {evidence.number} features lie '
+                   f'{where} in the right image; rectify the images, or calibrate the two cameras '
+                   'as a pair')
+
+
+def _by_range(evidence):
+    config, scale, number = evidence.config, evidence.scale, evidence.number
+    if number < FEWEST_FEATURES:
+        return None
+    fewest, first = max(FEWEST_BEYOND, BEYOND * number), config.min_disparity / scale
+    least, most = np.percentile(evidence.disparities, (1, 99)) / scale
     last = (config.min_disparity + config.disparities - 1) / scale
-    needed = -(-match.enough / scale // ROUNDED) * ROUNDED
-    return Finding('range', f'{100 * match.beyond:.1f} % of the matches are nearer than the range '
-                   f'reaches (disparity above {last:.0f}) and were rejected: search {needed:.0f} '
-                   'disparities or more')
+    if evidence.nearer >= fewest:
+        needed = -(-(most + RANGE_MARGIN - first) // ROUNDED) * ROUNDED
+        return Finding('range', f'{100 * evidence.nearer / number:.0f} % of the features in '
+                       f'common are nearer than the range reaches (up to {most:.0f} px, searched '
+                       f'are {first:.0f} to {last:.0f}): search {needed:.0f} disparities')
+    return evidence.farther >= fewest and Finding(
+        'range', f'{100 * evidence.farther / number:.0f} % of the features in common are farther '
+        f'than the range begins (from {least:.0f} px, searched are {first:.0f} to {last:.0f}): '
+        f'lower min_disparity to {least - RANGE_MARGIN:.0f}')
+
+
+def _by_matches(evidence):
+    match, config, scale = evidence.match, evidence.config, evidence.scale
+    if match.beyond > NEARER:
+        last = (config.min_disparity + config.disparities - 1) / scale
+        needed = -(-match.enough / scale // ROUNDED) * ROUNDED
+        return Finding('range', f'{100 * match.beyond:.1f} % of the matches are nearer than the '
+                       f'range reaches (disparity above {last:.0f}) and were rejected: search '
+                       f'{needed:.0f} disparities or more')
+    return is_late(match, config) and Finding(
+        'deadline', f'the deadline of {config.deadline_ms:g} ms ended before the first '
+        f'generation, after {match.times["total"]:.0f} ms; the result is where evolution would '
+        'start: raise deadline_ms, or search fewer disparities in smaller images')
+
+
+# In the order in which causes are looked for: each takes an Evidence and returns a Finding, or
+# what is false. The second ones compare features.
+AT_SIGHT = _by_light, _by_texture, _by_equality
+CLOSER = _unlike, _by_infinity, _by_rows, _by_range, _by_matches
+
+
+def _grey(image):
+    return cv2.cvtColor(image, cv2.COLOR_BGR2GRAY) if image.ndim == 3 else image
 
 
 def _in_grey(*images):
     """Return the images of a pair in grey, the upper 8 of the bits that they use: uint8 (R, C)."""
-    images = [cv2.cvtColor(image, cv2.COLOR_BGR2GRAY) if image.ndim == 3 else image
-              for image in images]
+    images = [_grey(image) for image in images]
     if images[0].dtype == np.uint8:
         return images
-    bits = max(FEWEST_BITS, *(int(image.max()).bit_length() for image in images))
-    return [(image >> (bits - 8)).astype(np.uint8) for image in images]
+    brightest = np.percentile([image[::SAMPLE_STEP, ::SAMPLE_STEP] for image in images], BRIGHTEST)
+    bits = max(FEWEST_BITS, int(brightest).bit_length())
+    return [np.minimum(image >> (bits - 8), 255).astype(np.uint8) for image in images]
 
 
 def _reduced(image, pixel):

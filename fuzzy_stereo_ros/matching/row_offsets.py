@@ -17,6 +17,8 @@ from fuzzy_stereo_ros.matching.kernels.possibility.row_alignment import nearest_
 import numpy as np
 
 LIMIT = 0.5         # px of misalignment; more impairs matching
+# px of tilt, roll, zoom and yaw up to which real pairs match as well once they are undone
+UNDONE_LIMITS = 8.0, 4.0, 3.0, 2.0
 SURE_DEVIATIONS = 2.0  # standard deviations by which a misalignment must exceed the limit
 CERTAIN = 3.0       # the same, of an offset that is undone
 CORNERS = 300       # at most in a pair; the more confident half is measured
@@ -25,6 +27,7 @@ DISTANCE = 16       # px, least distance of two corners
 WINDOW = 15         # px, side of the window of the optical flow, and of the mean subtracted before
 CONTRAST = 30.0     # grey levels, mean absolute deviation after normalisation
 ROW_ERROR = 1.0     # px, largest distance along the row from the position of the disparity
+FOUND_AGAIN = 0.1   # least share of the corners that are found, if their disparities are right
 RETURN_ERROR = 0.1  # px, largest distance from the corner after the flow there and back
 LARGEST_OFFSET = 10.0  # px, largest row offset; larger ones are outliers
 FEATURES = 1000     # at most in an image of half size
@@ -92,9 +95,17 @@ class Misalignment(NamedTuple):
     @property
     def faults(self):
         """The list of 'tilt', 'roll', 'zoom', 'yaw', 'timing' that surely exceed the limit."""
-        return [name for name, value, doubt in zip(
-            (*TERMS, 'timing'), (*self[:4], self.swing or 0), (*self.doubts, 0))
-            if abs(value) - SURE_DEVIATIONS * doubt > LIMIT]
+        return self._beyond(4 * (LIMIT,))
+
+    @property
+    def warns(self):
+        """Whether matches are lost: a fault is not undone, or too large to be undone well."""
+        return bool(self._beyond(UNDONE_LIMITS) if self.undone else self.faults)
+
+    def _beyond(self, limits):
+        return [name for name, value, doubt, limit in zip(
+            (*TERMS, 'timing'), (*self[:4], self.swing or 0), (*self.doubts, 0), (*limits, LIMIT))
+            if abs(value) - SURE_DEVIATIONS * doubt > limit]
 
     @property
     def advice(self):
@@ -117,7 +128,7 @@ class Misalignment(NamedTuple):
         if faults == ['timing']:
             return f"synchronise the exposures: {words['timing']}"
         undone = '; all but the swing is undone before matching' if 'timing' in faults else (
-            '; undone before matching')
+            '; undone before matching' + ', but matches are lost' * self.warns)
         return ('recalibrate: ' + '; '.join(words[fault] for fault in faults)
                 + undone * self.undone)
 
@@ -211,7 +222,8 @@ def corner_offsets(left, right, disparity, confidence, terms=(0.0, 0.0, 0.0, 0.0
     expected = corners.copy()
     expected[:, 0] -= disparity[row, column]
     expected[:, 1] += terms_at(*expected.T.astype(float), rows, columns) @ np.array(terms)
-    return _flow(left, right, corners, expected, ROW_ERROR)
+    found = _flow(left, right, corners, expected, ROW_ERROR)
+    return found if len(found) >= FOUND_AGAIN * len(corners) else found[:0]
 
 
 def _flow(left, right, corners, expected, row_error):
@@ -269,7 +281,7 @@ def misalignment_of(pairs, rows, columns):
     variances = np.diag(inverse @ (scores.T @ scores) @ inverse) * count / max(
         count - len(TERMS), 1)
     ends = np.cumsum([len(one) for one in pairs])[:-1]
-    medians = [np.median(one) for one in np.split(residuals, ends) if len(one)]
+    medians = [np.median(one) for one in np.split(residuals, ends) if _is_sure(one)]
     swing = None
     if len(medians) >= PAIRS_OF_SWING:
         low, high = np.percentile(medians, (10, 90))
@@ -279,6 +291,12 @@ def misalignment_of(pairs, rows, columns):
         variances[0] += np.var(medians) / count * (count + 2) / (count - 1)
     return Misalignment(*map(float, found), tuple(map(float, np.sqrt(variances))), swing,
                         len(offsets), len(pairs), rows, columns)
+
+
+def _is_sure(offsets):
+    """Return whether the points of a pair tell its offset, as those of wrong matches do not."""
+    spread = 1.4826 * np.median(np.abs(offsets - np.median(offsets))) if len(offsets) else 0.0
+    return len(offsets) >= FEWEST[1] and spread < SMALLEST_SPREAD * len(offsets)**0.5
 
 
 def _densest(offsets):

@@ -6,7 +6,8 @@ from dataclasses import fields
 import threading
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
-from fuzzy_stereo_ros.matching.row_offsets import MEASURED, NOT_MEASURED
+from fuzzy_stereo_ros.matching.row_offsets import (
+    LIMIT, MEASURED, NOT_MEASURED, PAIRS_OF_SWING)
 from fuzzy_stereo_ros.pairs.stereo_pair import UNCALIBRATED
 from fuzzy_stereo_ros.parameters.table import ros_name
 import numpy as np
@@ -21,7 +22,8 @@ AT_A_GLANCE = ('input rate', 'output rate', 'latency, median', 'latency, 95th pe
 RECENT = 200    # newest pairs, of which medians and percentiles are computed
 # Why messages are lost or what to do, by the start of their keys in `counts_of`.
 LOSSES = {
-    'pairs dropped': 'newer pairs came first; see scale and disparity_range',
+    'pairs dropped': 'newer pairs came first, or parameters were prepared; see scale and '
+                     'disparity_range',
     'pairs rejected': 'see the errors above',
     'unmatched ': 'no messages of the same stamp on the other topics; see queue_size and '
                   'approximate_sync',
@@ -42,6 +44,7 @@ class Diagnostics:
         self._node = node
         self._publisher = node.create_publisher(DiagnosticArray, '/diagnostics', 1)
         self.values, self.rejected, self.calibration = {}, Counter(), UNCALIBRATED
+        self._rejection, self._first = '', (None, None)
         self._lock, self._times, self._match = threading.Lock(), deque(maxlen=RECENT), None
         self._counted, self._counts = now, {}
 
@@ -63,52 +66,75 @@ class Diagnostics:
         """The Misalignment of the rows of the newest pairs, None where it is unknown."""
         return self._match and self._match.misalignment
 
-    def reject(self, reason):
-        """Count a rejected pair by its reason; may be called from any thread."""
+    def _rows(self, finding):
+        """
+        Return whether the rows of the newest pairs are a fault, and what they are like.
+
+        finding: a Finding that warns tells more; what is measured of such pairs may be wrong.
+        """
+        found = self.misalignment
+        if finding and finding.cause == 'rows':
+            return False, finding.sentence
+        if found is None:
+            return False, NOT_MEASURED
+        doubtful, told = found.warns, found.advice or 'OK'
+        rig, first = (self.calibration, found.rows, found.columns), self._first
+        if rig != first[0] and found.pairs >= PAIRS_OF_SWING and not finding:
+            self._first = rig, found.terms
+        elif rig == first[0] and not doubtful and (
+                moved := found.deviation(first[1])) > LIMIT:
+            doubtful, told = True, (f'recalibrate: the rows have moved by {moved:.1f} px since '
+                                    'the start, as by a knock or heat; undone before matching')
+        return doubtful and not (finding and finding.warns), told
+
+    def reject(self, reason, sentence):
+        """Count a rejected pair by its reason, and say why; may be called from any thread."""
         with self._lock:
             self.rejected[reason] += 1
+            self._rejection = sentence
 
     def close(self):
         """Destroy the publisher."""
         self._node.destroy_publisher(self._publisher)
 
-    def publish(self, now, counts, values, loading, idle, silence, finding=None):
+    def publish(self, now, counts, values, loading, idle, silence, preparing=False, finding=None,
+                left_out=()):
         """
-        Publish the status at a time in s.
+        Publish the status at a time in s; return what is wrong with the rows, '' for nothing.
 
         counts: {key: number} of `counts_of`. values: {key: text}, further ones.
-        loading, idle, silence: as for `status_of`. finding: why little can be matched, None if
-        nothing is suspicious.
+        loading, idle, silence, preparing: as for `status_of`. finding: why little can be matched,
+        None if nothing is suspicious. left_out: topics with subscribers that cannot be made.
         """
         rates = self.rates(now, counts)
-        level, sentence = status_of(loading, idle, silence, rates)
-        if finding and not idle:
-            level = 'WARN' if level == 'OK' and finding.warns else level
-            sentence += f'; {finding.sentence}'
-        remarks = () if idle else self.calibration.remarks
-        level = 'WARN' if level == 'OK' and remarks and self.calibration.baseline else level
-        sentence = '; '.join((sentence, *remarks))
-        misalignment = self.misalignment
-        if misalignment and misalignment.advice and not idle:
-            level = 'WARN' if level == 'OK' else level
-            sentence += f'; {misalignment.advice}'
+        level, sentence = status_of(loading, idle, silence, rates, preparing, self._rejection)
+        doubtful, rows = self._rows(finding)
+        calibration = self.calibration.remarks
+        remarks = [
+            finding and (finding.warns, finding.sentence),
+            *((bool(self.calibration.baseline), remark) for remark in calibration),
+            doubtful and (True, rows),
+            left_out and (True, f"{', '.join(left_out)} cannot be made, though asked for: the "
+                          'baseline is 0 m by the two camera_info')]
+        for warns, remark in filter(None, remarks if not idle and level in ('OK', 'WARN') else ()):
+            level, sentence = 'WARN' if warns else level, f'{sentence}; {remark}'
         self.values = {**{key: str(count) for key, count in counts.items()},
                        'input rate': f"{rates['pairs synchronised']:.1f} pairs/s",
                        'output rate': f"{rates['pairs matched']:.1f} pairs/s", **values,
                        **self.figures(),
                        'suspected fault': finding.cause if finding else 'none',
-                       **(misalignment.figures if misalignment else
+                       **(self.misalignment.figures if self.misalignment else
                           {MEASURED: NOT_MEASURED} if self._match else {})}
         if self._match:
-            self.values[RECTIFICATION] = (
-                misalignment.advice or 'OK') if misalignment else NOT_MEASURED
-            self.values['calibration'] = '; '.join(remarks) or 'OK'
+            self.values[RECTIFICATION] = rows
+            self.values['calibration'] = '; '.join(calibration) or 'OK'
         details = [key for key in self.values if key not in AT_A_GLANCE]
         message = DiagnosticArray(status=[
             self._status(GLANCE, level, sentence, AT_A_GLANCE),
             self._status(DETAILS, 'OK', 'counts, times, and the newest match', details)])
         message.header.stamp = self._node.get_clock().now().to_msg()
         self._publisher.publish(message)
+        return rows if doubtful else ''
 
     def _status(self, title, level, sentence, keys):
         """Return a DiagnosticStatus with those of the keys that have values."""
@@ -193,13 +219,14 @@ def counts_of(synchroniser, pairs, lost):
     return counts
 
 
-def status_of(loading, idle, silence, rates):
+def status_of(loading, idle, silence, rates, preparing=False, rejection=''):
     """
     Return the (level, sentence) to publish; level: 'OK', 'WARN', 'ERROR' or 'STALE'.
 
     loading: progress of the warm-up, '' once the kernels are warm. idle: why there are no
     subscriptions, '' if there are. silence: s without a pair if that is too long, else 0.
-    rates: {key: per second} of `counts_of`.
+    rates: {key: per second} of `counts_of`. preparing: whether changed parameters are being
+    prepared. rejection: why the newest rejected pair was.
     """
     if loading:
         return 'STALE', loading
@@ -210,10 +237,12 @@ def status_of(loading, idle, silence, rates):
     matched, rejected, dropped = (
         rates[f'pairs {how}'] for how in ('matched', 'rejected', 'dropped'))
     if rejected:
-        return ('WARN' if matched else 'ERROR'), f'rejecting {rejected:.1f} pairs/s'
+        return ('WARN' if matched else 'ERROR'), f'rejecting {rejected:.1f} pairs/s: {rejection}'
     if dropped > matched:
-        return 'WARN', (f'matching {matched:.1f} pairs/s and dropping {dropped:.1f}: they come '
-                        'faster than they can be matched; see scale and disparity_range')
+        return 'OK' if preparing else 'WARN', (
+            f'matching {matched:.1f} pairs/s and dropping {dropped:.1f}'
+            + (' while changed parameters are being prepared' if preparing else
+               ': they come faster than they can be matched; see scale and disparity_range'))
     return 'OK', f'matching {matched:.1f} pairs/s'
 
 

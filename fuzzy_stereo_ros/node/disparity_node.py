@@ -19,7 +19,7 @@ from fuzzy_stereo_ros.node.run_node import (
 from fuzzy_stereo_ros.node.services import Services
 from fuzzy_stereo_ros.node.subscriptions import INFO_TOPICS, INPUT_TOPICS, Subscriptions
 from fuzzy_stereo_ros.node.worker import Worker
-from fuzzy_stereo_ros.pair_matcher import PairMatcher
+from fuzzy_stereo_ros.pair_matcher import PairMatcher, PREPARING
 from fuzzy_stereo_ros.pairs.messages import stamp_of
 from fuzzy_stereo_ros.pairs.pair_reader import PairReader
 from fuzzy_stereo_ros.pairs.stereo_pair import kind_of
@@ -166,7 +166,8 @@ class DisparityNode(Node):
             'latency': 1000 * (time.monotonic() - arrived),
             'age': (self.get_clock().now().nanoseconds - matched_set.stamp) / 1e6,
             'stamps apart': matched_set.spread / 1e6})
-        self._plausibility.add_within_share(pair.left, pair.right, matched.match, matched.config)
+        self._plausibility.add_within_share(
+            pair.left, pair.right, matched.match, matched.config, pair.calibration.offset)
 
     # Also in the worker's thread; `_log_prepared` runs in the thread that prepares matchers.
 
@@ -200,7 +201,8 @@ class DisparityNode(Node):
         reason, sentence = getattr(error, 'reason', 'match'), in_ros_words(str(error))
         if not isinstance(error, ValueError):
             reason, sentence = 'fault', f'internal error: {trace}'
-        self._diagnostics.reject(reason)
+        self._diagnostics.reject(reason, sentence.splitlines()[-1])
+        self._plausibility.interrupt()
         self._logger_of(sentence).error(f'pair rejected: {sentence}',
                                         throttle_duration_sec=LOG_PERIOD)
 
@@ -243,20 +245,26 @@ class DisparityNode(Node):
         report = self._inputs.report(now)
         if report:
             self.get_logger().warning(report)
-        matcher, misalignment = self._matcher, self._diagnostics.misalignment
-        if misalignment is not None and misalignment.advice:
-            self._log_once(misalignment.advice)
-        self._log_finding()
+        silence = self._inputs.seconds_without_pair(now)
+        if self._inputs.misses_pairs() or silence or not self._inputs:
+            self._plausibility.interrupt()
+        matcher = self._matcher
         state, change, idle = matcher.change, 'none', ''
+        finding = self._plausibility.finding
+        if finding is not None and finding.cause == 'deadline' and state == PREPARING:
+            finding = None
+        self._log_finding(finding)
         if state:
             change = f'{state}: {change_of(matcher.config, self._declared.config)}'
         if not self._inputs:
             idle = 'idle: no output has a subscriber' if self._active else 'idle: not activated'
-        self._diagnostics.publish(
+        doubt = self._diagnostics.publish(
             now, counts, {'disparity_range in use': str(matcher.config.disparities),
                           'change of parameters': change},
             '' if self._ready.is_set() else self._loading, idle,
-            self._inputs.seconds_without_pair(now), self._plausibility.finding)
+            silence, state == PREPARING, finding, self._outputs.left_out)
+        if doubt:
+            self._log_once(doubt)
 
     def _counts(self):
         return counts_of(self._synchroniser, self._worker.counts(), self._inputs.lost)
@@ -291,9 +299,8 @@ class DisparityNode(Node):
     def _log_once(self, sentence):
         self._logger_of(sentence).warning(sentence, once=True)
 
-    def _log_finding(self):
-        """Warn of a Finding once, and again if it returns after it went away."""
-        finding = self._plausibility.finding
+    def _log_finding(self, finding):
+        """Warn of a Finding, or None, once, and again if it returns after it went away."""
         cause = finding.cause if finding is not None and finding.warns else ''
         if cause not in ('', self._warned_of):
             self.get_logger().warning(finding.sentence)

@@ -4,7 +4,7 @@
 import time
 
 from fuzzy_stereo_ros.node.parameters import OVERRIDABLE, qos_profile
-from fuzzy_stereo_ros.pairs.result_messages import POINTS, ResultMessages, topics_of
+from fuzzy_stereo_ros.pairs.result_messages import METRIC, POINTS, ResultMessages, topics_of
 from rclpy.event_handler import PublisherEventCallbacks
 from rclpy.node import NodeNameNonExistentError
 from rclpy.qos import qos_policy_name_from_kind
@@ -36,6 +36,7 @@ class Publications:
             topic: self._publisher(TYPES[kind], topic)
             for topic, kind in topics_of(settings['outputs'].split()).items()}
         self._warned = False
+        self.left_out = []      # topics with subscribers that cannot be made of the newest pair
 
     def wanted(self):
         """Return whether any topic has to be published."""
@@ -48,6 +49,8 @@ class Publications:
 
     def publish(self, matched):
         """Publish the messages of a MatchedPair on the topics with subscribers."""
+        self.left_out = [topic for topic in METRIC if topic in self._publishers
+                         and self._is_wanted(topic)] * (not matched.pair.calibration.baseline)
         for topic, publisher in self._publishers.items():
             message = self._messages.of(topic, matched) if self._is_wanted(topic) else None
             if message is not None:

@@ -13,6 +13,7 @@ from sensor_msgs.msg import CameraInfo, CompressedImage, Image
 
 INPUT_TOPICS = ('left/image_rect', 'left/camera_info', 'right/image_rect', 'right/camera_info')
 INFO_TOPICS = INPUT_TOPICS[1::2]
+OTHER_CLOCK = 10**17    # ns, more than three years, by which stamps of one clock do not differ
 # Either names a file of profiles for Fast DDS, which loses large messages without one.
 FAST_DDS_VARIABLES = ('FASTRTPS_DEFAULT_PROFILES_FILE', 'FASTDDS_DEFAULT_PROFILES_FILE')
 
@@ -39,6 +40,7 @@ class Subscriptions:
         self.lost = dict.fromkeys(INPUT_TOPICS, 0)
         self._last_numbers = {}
         self._by_topic, self._latched, self._incompatible = {}, [], {}
+        self._counted = 0, 0
         self.note_pair()
 
     def __bool__(self):
@@ -70,6 +72,12 @@ class Subscriptions:
         seconds = now - self._last_pair
         return seconds if self and seconds > self._settings['no_pair_seconds'] else 0.0
 
+    def misses_pairs(self):
+        """Return whether messages were left over and no pair came since the call before."""
+        (matched, left_over), self._counted = self._counted, (
+            self._synchroniser.matched, sum(self._synchroniser.unmatched.values()))
+        return self._counted[0] == matched and self._counted[1] > left_over
+
     def report(self, now):
         """Return, once until the next pair, a sentence that says why no pair comes; else None."""
         seconds = self.seconds_without_pair(now)
@@ -80,13 +88,24 @@ class Subscriptions:
             TopicState(subscription.topic_name,
                        self._synchroniser.received[topic] - self._received_before[topic],
                        self._node.count_publishers(subscription.topic_name),
-                       self._incompatible.get(topic, ''), self._synchroniser.has_cached(topic))
+                       self._incompatible.get(topic, ''), self._synchroniser.has_cached(topic),
+                       self._source(topic)[1])
             for topic, subscription in self._by_topic.items()]
-        return no_pair_report(seconds, topics, self._synchroniser.difference(),
-                              self._settings['approximate_sync'])
+        return no_pair_report(seconds, topics, self._synchroniser.difference(), self._settings)
+
+    def _source(self, topic):
+        """Return the name of an input, and of the image that it is derived from, '' for none."""
+        resolve = self._node.resolve_topic_name
+        # As in stereo_image_proc; here a camera_info that is remapped itself goes there.
+        if topic in INFO_TOPICS and resolve(topic) == resolve(topic, only_expand=True):
+            image = resolve(topic.replace('camera_info', 'image_rect'))
+            beside = f"{image.rpartition('/')[0]}/camera_info"
+            if beside != resolve(topic):
+                return beside, image
+        return topic, ''
 
     def _subscription(self, topic):
-        kind, name = CameraInfo if topic in INFO_TOPICS else Image, topic
+        kind, name = CameraInfo if topic in INFO_TOPICS else Image, self._source(topic)[0]
         if kind is Image and self._settings['image_transport'] == 'compressed':
             kind, name = CompressedImage, f'{self._node.resolve_topic_name(topic)}/compressed'
         qos = ('system_default' if self._settings['use_system_default_qos']
@@ -101,7 +120,8 @@ class Subscriptions:
     def _latched_subscription(self, topic):
         """Return a subscription that also receives a camera_info published before."""
         return self._node.create_subscription(
-            CameraInfo, topic, partial(self._receive, topic), qos_profile('latched'),
+            CameraInfo, self._source(topic)[0], partial(self._receive, topic),
+            qos_profile('latched'),
             event_callbacks=SubscriptionEventCallbacks(     # a publisher need not latch
                 incompatible_qos=lambda event: None, use_default_callbacks=False))
 
@@ -140,7 +160,8 @@ class TopicState(NamedTuple):
 
     received: number of messages since the last pair. publishers: their number now.
     incompatible: QoS policy that keeps a publisher's messages away, '' if none does.
-    cached: whether an earlier message serves every pair.
+    cached: whether an earlier message serves every pair. image: name of the topic from which this
+    name is derived, '' for none.
     """
 
     name: str
@@ -148,6 +169,7 @@ class TopicState(NamedTuple):
     publishers: int
     incompatible: str = ''
     cached: bool = False
+    image: str = ''
 
 
 def has_fast_dds_profile():
@@ -155,15 +177,17 @@ def has_fast_dds_profile():
     return any(os.environ.get(name) for name in FAST_DDS_VARIABLES)
 
 
-def no_pair_report(seconds, topics, difference, approximate):
+def no_pair_report(seconds, topics, difference, settings):
     """
     Return one sentence that says why no pair comes and what to do.
 
-    seconds: since the last pair. topics: the TopicState of each input topic.
+    seconds: since the last pair. topics: the TopicState of each of INPUT_TOPICS.
     difference: largest difference between the latest stamps of two topics, ns; None if unknown.
-    approximate: whether the stamps of a pair may differ.
+    settings: {name: value} of the node.
     """
-    counts = ', '.join(f'{topic.name} {topic.received}' for topic in topics)
+    counts = ', '.join(
+        topic.name + f' (derived from {topic.image})' * bool(topic.image) + f' {topic.received}'
+        for topic in topics)
     report = f'no stereo pair for {seconds:.0f} s; messages since then: {counts}'
     if difference is not None:
         report += f'; the latest stamps differ by up to {difference / 1e6:.3f} ms'
@@ -182,10 +206,17 @@ def no_pair_report(seconds, topics, difference, approximate):
                 f"run with {FAST_DDS_VARIABLES[0]} set to this package's config/fastdds.xml")
         remedies.append(f"no message arrives from the publishers of {', '.join(silent)}: check "
                         f'that they publish{hint}')
-    if not missing:
+    seldom = [info.name for image, info in zip(topics[::2], topics[1::2])
+              if 2 * info.received < image.received]
+    if seldom and not settings['cache_camera_info']:
+        remedies.append(f"few or none of {', '.join(seldom)}: where they are sent once, or "
+                        'seldom, set cache_camera_info')
+    if difference is not None and difference > OTHER_CLOCK:
+        remedies.append('some stamps are 0 or of another clock: let the drivers set header.stamp')
+    elif not missing:
         remedies.append(
             'stamps differ by more than approximate_sync_tolerance_seconds, or queue_size is too '
-            'small' if approximate else
+            'small' if settings['approximate_sync'] else
             'no stamp came on all four topics: set approximate_sync if the cameras do not stamp '
             'alike, or a larger queue_size')
     return '; '.join([report, *remedies])

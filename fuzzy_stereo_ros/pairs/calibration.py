@@ -37,7 +37,6 @@ class _Camera:
     ty: float
     binning: tuple
     first_row: int
-    has_k: bool
     odd: tuple
     size: tuple | None
 
@@ -48,8 +47,8 @@ def read_calibration(left_info, right_info):
 
     left_info, right_info: any objects with the fields of sensor_msgs/CameraInfo. Their P is of
     the full rectified image; the calibration is of the region of interest, after binning.
-    If only K or the baseline is missing, the baseline is 0 and a remark says so: rectified images
-    can be matched without them, as by stereo_image_proc.
+    If only the baseline is missing it is 0 and a remark says so: rectified images can be matched
+    without it, as by stereo_image_proc, which does not read K either.
     Raises BadPair for a P without focal length, and for cameras that are swapped, mounted one
     above the other, or show different rows.
     """
@@ -71,8 +70,7 @@ def read_calibration(left_info, right_info):
                       'swapped, or Tx is in the wrong camera_info; swap the topics, or '
                       'write P[3] = -fx * baseline into the right one')
     calibration = Calibration(
-        focal=right.fx, baseline=baseline if left.has_k and right.has_k else 0.0,
-        offset=left.cx - right.cx,
+        focal=right.fx, baseline=baseline, offset=left.cx - right.cx,
         left=Projection(left.fx, left.fy, left.cx, left.cy),
         remarks=tuple(_remarks(left, right, baseline)))
     check_range(calibration)
@@ -122,7 +120,7 @@ def times_binned(info):
 
 
 def _camera(side, info):
-    projection, intrinsic = numbers_of(info, 'p'), numbers_of(info, 'k')
+    projection = numbers_of(info, 'p')
     if len(projection) != 12 or not all(math.isfinite(value) for value in projection):
         raise BadPair('calibration', f'{side} camera_info: P is not twelve finite numbers; '
                       'calibrate the camera')
@@ -137,7 +135,6 @@ def _camera(side, info):
         cy=(projection[6] - int(region.y_offset)) / down,
         tx=projection[3] / across, ty=projection[7] / down,
         binning=(across, down), first_row=int(region.y_offset),
-        has_k=bool(intrinsic) and intrinsic[0] > 0,
         odd=tuple(f'P[{place}] is {projection[place]:g}' for place, value in RECTIFIED.items()
                   if abs(projection[place] - value) > ROUNDING * (
                       projection[0] if place < 8 else 1)),
@@ -158,16 +155,12 @@ def _remarks(left, right, baseline):
             yield (f"{', '.join(camera.odd)} in the {side} camera_info: P of a rectified "
                    'camera has no rotation, only fx, cx, Tx, fy, cy and P[10] = 1; take P1 and '
                    'P2 of a calibration of the two as a pair')
-    missing = [f'K of the {side} camera_info is not that of a calibrated camera'
-               for side, camera in reversed(both) if not camera.has_k]
     if not baseline:
-        missing.append('the baseline is 0 m, as P[3] of ' + (
+        yield ('the baseline is 0 m, as P[3] of ' + (
             'both camera_info is the same' if right.tx else
-            'the right camera_info is not -fx * baseline'))
-    if missing:
-        yield (f'{missing[0]}: disparities are without metres (t is 0), depth and points are '
-               'left out; calibrate the two cameras as a pair, or load their calibration into '
-               'the drivers')
+            'the right camera_info is not -fx * baseline') + ': disparities are without metres (t '
+            'is 0), depth and points are left out; calibrate the two cameras as a pair, or load '
+            'their calibration into the drivers')
         return
     if baseline >= LONG_BASELINE:
         yield (f'the baseline is {baseline:g} m; if that is meant to be cm or mm, all depths and '

@@ -67,21 +67,25 @@ class PairReader:
 
         Without a calibration both CameraInfo are None; such images can only be scaled.
 
-        Its calibration is that of the rectified, cropped and scaled images; a remark says if an
-        image has another size than its CameraInfo expects.
+        Its calibration is that of the rectified, cropped and scaled images; remarks say if an
+        image has another size than its CameraInfo expects, and if its stamp or frame is not set.
         Raises BadPair with a sentence if the four messages make no pair.
         """
-        return self.read_images(_read_images(left, right), (left_info, right_info),
-                                stamp_of(left.header), left.header.frame_id)
+        stamp, frame_id = stamp_of(left.header), left.header.frame_id
+        remarks = [f'the {name} of the left image is {value!r}: its results cannot be placed; let '
+                   f'the driver set header.{name}'
+                   for name, value in (('stamp', stamp), ('frame_id', frame_id)) if not value]
+        return self.read_images(_read_images(left, right), (left_info, right_info), stamp,
+                                frame_id, remarks)
 
-    def read_images(self, images, infos=(None, None), stamp=0, frame_id=''):
+    def read_images(self, images, infos=(None, None), stamp=0, frame_id='', remarks=()):
         """Return the same of two images, each as `image_files.read_image` returns it."""
         images = _alike(*images)
         rows, columns = images[0].shape[:2]
         infos = infos if infos[0] is not None else ()
-        key = (*map(content_of, infos), rows, columns)
+        key = (*map(content_of, infos), rows, columns, *remarks)
         if key != self._planned_for:
-            self._plan = self._plan_for(infos, rows, columns)
+            self._plan = self._plan_for(infos, rows, columns, remarks)
             self._planned_for = key
         plan = self._plan
         if plan.maps is None:
@@ -94,9 +98,9 @@ class PairReader:
         return StereoPair(*map(np.ascontiguousarray, images), plan.calibration, stamp, frame_id,
                           plan.missing)
 
-    def _plan_for(self, infos, rows, columns):
+    def _plan_for(self, infos, rows, columns, remarks):
         calibration = read_calibration(*infos) if infos else UNCALIBRATED
-        remarks = self._remarks_on_size(infos, rows, columns)
+        remarks = *remarks, *self._remarks_on_size(infos, rows, columns)
         calibration = replace(calibration, remarks=(*calibration.remarks, *remarks))
         window, maps, missing = (slice(0, rows), slice(0, columns)), None, None
         if self._rectify or self._crop:

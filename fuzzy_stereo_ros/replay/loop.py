@@ -174,8 +174,9 @@ def _count(item, outcome, config, stats, log):
     stats.log_time, stats.stamp = item.log_time, item.stamp
     match = without_missing(outcome, item.pair.missing)
     stats.misalignment = match.misalignment or stats.misalignment
-    stats.plausibility.add_within_share(item.pair.left, item.pair.right, match, config)
-    finding = stats.plausibility.finding
+    finding = stats.plausibility.add_within_share(
+        item.pair.left, item.pair.right, match, config,
+        calibration.offset if calibration.focal else None)
     if finding is not None and finding.cause not in stats.findings:
         stats.findings[finding.cause] = finding.sentence
         log(finding.sentence)

@@ -8,6 +8,7 @@ from made_messages import shows
 from made_scenes import shifted_pair
 from node_process import START
 import numpy as np
+import pytest
 from raw_camera import COLUMNS, FOCAL, RawCamera, ROWS
 
 SHIFT = 7
@@ -31,6 +32,48 @@ def test_cameras_that_stamp_a_millisecond_apart_are_matched_with_a_tolerance(mak
             bench.rig.publish(*PAIR, stamp, right_is_late)
             answered = partial(bench.disparities.get, before)
             assert shows(bench.until(answered, 'the pair before'), SHIFT)
+
+
+def remapped(*rules):
+    """Return the words for a node's remappings 'from:=to'."""
+    return [word for rule in rules for word in ('-r', rule)]
+
+
+BOTH_IMAGES = [f'{side}/image_rect:=/cam/{side}/image_rect' for side in ('left', 'right')]
+
+
+@pytest.mark.parametrize('of_node, of_rig', [
+    (BOTH_IMAGES, ['__ns:=/cam']),
+    ([*BOTH_IMAGES, 'left/camera_info:=/l', '/cam/right/camera_info:=/r'],
+     ['__ns:=/cam', 'left/camera_info:=/l', 'right/camera_info:=/r']),
+    (['left/camera_info:=/l'], ['left/camera_info:=/l'])],
+    ids=['the images alone', 'each in its own way', 'a camera_info alone'])
+def test_a_camera_info_that_is_not_remapped_follows_its_image(make_bench, of_node, of_rig):
+    with make_bench(*SMALL, *remapped(*of_node),
+                    cli_args=['--ros-args', *remapped(*of_rig)]) as bench:
+        assert shows(bench.begin(*PAIR), SHIFT)
+
+
+def test_where_images_are_exchanged_by_remappings_so_are_their_calibrations(make_bench):
+    crossed = remapped('left/image_rect:=right/image_rect', 'right/image_rect:=left/image_rect')
+    with make_bench(*SMALL, *crossed) as bench:
+        bench.listen()
+        bench.connect()
+        bench.until(lambda: bench.rig.publish(*PAIR) and 'pair rejected' in bench.node.log(),
+                    'a pair is rejected')
+        bench.node.logged('the baseline is -0.12 m: left and right are swapped')
+
+
+def test_a_camera_info_that_does_not_lie_beside_its_image_is_reported_as_derived(make_bench):
+    with make_bench(*SMALL, *remapped(*BOTH_IMAGES), cli_args=[
+            '--ros-args', *remapped(*BOTH_IMAGES)]) as bench:
+        bench.listen()
+        bench.node.logged('ready', timeout=START)
+        bench.until(lambda: bench.rig.publish(*PAIR)
+                    and 'no stereo pair for' in bench.node.log(), 'the report')
+        report = bench.node.logged('no stereo pair for')
+        assert '/cam/left/camera_info (derived from /cam/left/image_rect) 0' in report
+        assert 'no node publishes /cam/left/camera_info, /cam/right/camera_info: ' in report
 
 
 def test_compressed_images_are_matched(make_bench):

@@ -109,7 +109,8 @@ def test_confidence_comes_with_the_stamp_of_the_pair(bench):
     assert values[disparity >= message.min_disparity].mean() > 0.2
 
 
-def test_without_k_and_a_baseline_disparities_come_without_metres_and_one_warning(bench):
+def test_without_a_baseline_disparities_come_without_metres_and_a_warning(bench):
+    from diagnostic_msgs.msg import DiagnosticStatus
     from ros_bench import uncalibrate
     from sensor_msgs.msg import PointCloud2
     points, mark = {}, bench.node.mark()
@@ -121,11 +122,24 @@ def test_without_k_and_a_baseline_disparities_come_without_metres_and_one_warnin
         assert share_near(values_of(message.image)[:, 15:], SHIFT) > 0.95
         stamp = stamp_of(message.header)
         bench.until(lambda: stamp in bench.confidences, 'confidence')  # noqa: B023
-    last = stamp_of(bench.match(*PAIR).header)
-    bench.until(lambda: last in points, 'points of the calibrated pair after them')
+    bench.counts()
+    assert bench.status.level == DiagnosticStatus.WARN
+    assert 'points2 cannot be made, though asked for: the baseline is 0 m' in bench.status.message
+
+    def without_k(messages):
+        for topic in ('left/camera_info', 'right/camera_info'):
+            messages[topic].k = 9 * [0.0]
+
+    message = bench.match(*PAIR, change=without_k)
+    assert message.t == pytest.approx(0.12)
+    last = stamp_of(message.header)
+    bench.until(lambda: last in points, 'points of the pair after them, by P alone')
     assert stamp not in points
-    assert bench.node.log(mark).count('K of the right camera_info is not that of a calib') == 1
+    assert bench.node.log(mark).count('the baseline is 0 m, as P[3] of the right camera_in') == 1
     bench.listener.destroy_subscription(bench.subscriptions.pop())
+    bench.match(*PAIR, change=uncalibrate)
+    bench.counts()
+    assert 'cannot be made' not in bench.status.message
 
 
 @pytest.mark.parametrize('change, sentence', [

@@ -40,8 +40,8 @@ class Views:
     Both views of a pair at full and half size, in memory for one image size.
 
     full, half: a `CensusPossibility` each; noise: grey levels, standard deviation, 0 where there
-    is none; noises: a `NoiseEstimate` of each view as it was read; left_shift: of the luminance, see
-    luminance_shift
+    is none; noises: a `NoiseEstimate` of each view as it was read; left_shift: of the luminance,
+    see luminance_shift
     """
 
     def __init__(self, config, rows, columns, noise):

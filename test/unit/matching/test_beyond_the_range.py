@@ -7,7 +7,7 @@ from fuzzy_stereo_ros.matching import MatcherConfig, PROFILES, StereoMatcher
 from fuzzy_stereo_ros.matching.bands import ThreadPool
 from fuzzy_stereo_ros.matching.beyond import EXTRA_LABELS, reject_beyond, searched
 from fuzzy_stereo_ros.matching.match import Match
-from fuzzy_stereo_ros.matching.plausibility import cause_of
+from fuzzy_stereo_ros.matching.plausibility import PlausibilityCheck
 from fuzzy_stereo_ros.synthetic.scenes import make_pair
 from hypothesis import given, settings, strategies as st
 from made_scenes import noisy
@@ -97,9 +97,10 @@ def test_the_range_that_would_do_holds_what_was_found_or_is_a_third_larger(
 def test_the_finding_says_how_much_lies_beyond_and_what_to_search(known):
     config = MatcherConfig(disparities=RANGE)
     match = StereoMatcher(config).match(known.left, known.right)
-    assert cause_of(known.left, known.right, match, config) is None
+    check = PlausibilityCheck()
+    assert check.add(known.left, known.right, match, config) is None
     match = replace(match, beyond=0.032, enough=80)     # too few features show it
-    assert cause_of(known.left, known.right, match, config).sentence == (
+    assert check.add(known.left, known.right, match, config).sentence == (
         '3.2 % of the matches are nearer than the range reaches (disparity above 47) and were '
         'rejected: search 80 disparities or more')
 

@@ -42,7 +42,8 @@ def test_parameters_in_pixels_shrink_and_all_others_stay():
         config, min_disparity=-1, disparities=17, speckle_size=6, speckle_range=1, fill_holes=1,
         neighbourhood=5)
     for scale in (1, 0.25, 0.01):       # what is off stays off, and nothing else is switched off
-        assert replace(MatcherConfig().at_scale(scale), min_disparity=0, disparities=64) == replace(
+        scaled = replace(MatcherConfig().at_scale(scale), min_disparity=0, disparities=64)
+        assert scaled == replace(
             MatcherConfig(), speckle_size=max(round(100 * scale**2), 1),
             neighbourhood=max(round(25 * scale), 1) | 1)
 

@@ -4,11 +4,12 @@
 from dataclasses import replace
 from types import SimpleNamespace
 
+from bench.conditions import misaligned
 import cv2
 from fuzzy_stereo_ros.matching import MatcherConfig, plausibility, StereoMatcher
 from fuzzy_stereo_ros.matching.plausibility import PlausibilityCheck
 from fuzzy_stereo_ros.synthetic.scenes import make_pair
-from made_scenes import LARGE, large_scene, noisy
+from made_scenes import LARGE, large_scene, noisy, shifted_pair
 import numpy as np
 import pytest
 from real_pairs import DATA, kitti_frames, middlebury, motorcycle, read_grey, third_size
@@ -22,10 +23,10 @@ def scene():
     return large_scene(1.5)
 
 
-def finding(left, right, config=CONFIG, **options):
+def finding(left, right, config=CONFIG, infinity=None, **options):
     """Return the Finding of a pair that is matched alone."""
     match = StereoMatcher(config).match(left, right)
-    return PlausibilityCheck(**options).add(left, right, match, config)
+    return PlausibilityCheck(**options).add(left, right, match, config, infinity)
 
 
 def lower(image, pixels):
@@ -41,11 +42,96 @@ def test_a_pair_that_fits_has_no_finding(scene):
     assert finding(scene.left, scene.right) is None
 
 
-def test_swapped_images_are_told(scene):
-    found = finding(scene.right, scene.left)
+def deep(image, hot, random):
+    """Return an image as of a sensor of 12 bits with a number of hot pixels, uint16."""
+    image = image.astype(np.uint16) * 16
+    image[tuple(random.integers(0, side, hot) for side in image.shape[:2])] = 65535
+    return image
+
+
+@pytest.mark.parametrize('seed', range(12))
+def test_swapped_images_are_told_whatever_the_scene_the_range_and_a_hot_pixel(seed):
+    """Where infinity is known, even if the range includes all and matches."""
+    random = np.random.default_rng(seed)
+    rows, columns, disparities = random.integers((120, 160, 24), (400, 560, 72))
+    made = make_pair(rows, columns, disparities, seed=seed, objects=6, noise=1.5)
+    infinity = random.choice([None, 0.0])
+    first = -int(random.integers(0, disparities // (1 if infinity == 0 else 3)))
+    config = replace(CONFIG, min_disparity=first, disparities=int(disparities) - first)
+    pair, hot = made[:2], int(random.integers(0, 3))
+    if hot:
+        pair = [deep(image, hot, random) for image in pair]
+    assert finding(*pair, config, infinity) is None
+    found = finding(*pair[::-1], config, infinity)
+    if found is None:       # nobody knows that infinity is not at the first disparity
+        assert (infinity, first <= -np.nanmax(made.truth) * 0.8) == (None, True)
+        return
     assert (found.cause, found.warns) == ('swapped', True)
     assert found.sentence.startswith('left and right are swapped: ')
     assert found.sentence.endswith('exchange the images and their camera_info')
+
+
+@pytest.mark.parametrize('seed', range(6))
+def test_one_picture_on_both_sides_is_told_and_a_scene_at_infinity_is_not(seed):
+    random = np.random.default_rng(seed)
+    rows, columns = random.integers((60, 80), (300, 400))
+    picture = make_pair(rows, columns, 24, seed=seed, objects=6).left
+    if seed % 3:
+        picture = picture.astype(np.uint16) * 16
+    colour = np.repeat(picture.reshape(rows, columns, -1)[:, :, :1], 3, 2)
+    for other in picture.copy(), colour:
+        found = finding(picture, other, infinity=0.0)
+        assert found.cause == 'same'
+        assert 'correct the remapping' in found.sentence
+    noise = 256 // 16 if seed % 3 else 1
+    far = [(image + random.normal(20 * noise, noise, image.shape)).astype(image.dtype)
+           for image in 2 * [(picture * 0.8).astype(picture.dtype)]]
+    assert finding(*far, infinity=0.0) is None
+
+
+@pytest.mark.parametrize('turn, told', [(22, 'turned'), (-22, None), (12, 'turned')])
+def test_a_shift_to_the_side_where_nothing_can_be_is_no_swap(turn, told):
+    """A flat wall, of which one camera has turned away."""
+    left, right = shifted_pair(8, 240, 320)
+    found = finding(np.roll(left, -turn, 1), right)
+    assert (found and found.cause) == told
+    assert told is None or 'as if one camera had turned: see that none hangs' in found.sentence
+
+
+def causes_of(check, frames, matcher=None):
+    """Return the cause after each of (left, right)s."""
+    matcher = matcher or StereoMatcher(CONFIG)
+    found = [check.add(left, right, matcher.match(left, right), CONFIG, 0.0)
+             for left, right in frames]
+    return [one and one.cause for one in found]
+
+
+@pytest.mark.parametrize('side', ['left', 'right'])
+@pytest.mark.parametrize('step', [0, 3, -6])
+def test_a_camera_that_froze_is_told_by_its_side_as_long_as_it_hangs(scene, side, step):
+    """While the other one turns, to either side, or only its noise changes."""
+    random = np.random.default_rng(0)
+
+    def frame(turn, frozen):
+        moving = noisy([np.roll(image, -turn, 1) for image in scene[:2]], 1.5, random)
+        if frozen:
+            moving[side == 'right'] = scene[side == 'right']
+        return moving
+
+    check = PlausibilityCheck()
+    causes = causes_of(check, [frame(0, False), *(frame(step * n, True) for n in range(12))])
+    assert set(causes[:6]) == {None}
+    assert set(causes[6:]) == {'frozen'}
+    assert f'the {side} image stays the same' in check.finding.sentence
+    assert causes_of(check, [frame(0, False)] * 2) == [None, None]
+
+
+def test_a_still_scene_without_noise_and_every_second_frame_twice_are_no_frozen_camera(scene):
+    random = np.random.default_rng(0)
+    twice = [(noisy([scene.left], 1.5, random)[0], scene.right if number % 2 else
+              noisy([scene.right], 1.5, random)[0]) for number in range(12)]
+    for frames in ([scene[:2]] * 9, [*twice, *twice[::-1]]):
+        assert set(causes_of(PlausibilityCheck(), frames)) == {None}
 
 
 @pytest.mark.parametrize('pixels, align, told', [
@@ -122,11 +208,11 @@ def test_a_finding_needs_suspicious_pairs_in_a_row_and_goes_after_as_many_that_a
 
 def test_confidence_that_falls_far_below_the_usual_is_suspicious(scene, monkeypatch):
     asked = []
-    monkeypatch.setattr(plausibility, 'cause_of', lambda *arguments: asked.append(arguments))
+    monkeypatch.setattr(plausibility, 'CLOSER', [asked.append])
     monkeypatch.setattr(plausibility, 'LOW_CONFIDENCE', 0.0)
     check, match = PlausibilityCheck(), StereoMatcher(CONFIG).match(scene.left, scene.right)
     for confidence in (0.8, 0.8, 0.65, 0.5):
-        check.add(None, None, replace(
+        check.add(scene.left, scene.right, replace(
             match, confidence=np.full_like(match.confidence, confidence)), CONFIG)
         assert len(asked) == (confidence == 0.5)
 
@@ -136,7 +222,7 @@ def test_causes_are_looked_for_within_a_share_of_the_time_and_anew_with_another_
     asked = []
     clock = SimpleNamespace(perf_counter=lambda: 0.010 * len(asked))
     monkeypatch.setattr(plausibility, 'time', clock)
-    monkeypatch.setattr(plausibility, 'cause_of', lambda *arguments: asked.append(arguments))
+    monkeypatch.setattr(plausibility, 'CLOSER', [asked.append])
     match = StereoMatcher(CONFIG).match(scene.right, scene.left)
     match.times['total'] = 20.0
     check = PlausibilityCheck()
@@ -148,13 +234,37 @@ def test_causes_are_looked_for_within_a_share_of_the_time_and_anew_with_another_
     assert len(asked) == before + 1
 
 
-def test_after_a_finding_went_away_the_next_suspicion_is_looked_at_at_once(scene):
+def test_the_cause_is_that_of_now_within_the_share_of_the_time(scene):
+    """What is seen at sight is told at once, and a suspicion ends when a pair is missing."""
     check, matcher = PlausibilityCheck(), StereoMatcher(CONFIG)
-    good, swapped, black = ((*pair, matcher.match(*pair), CONFIG) for pair in (
-        (scene.left, scene.right), (scene.right, scene.left), (plain(3), plain(3, seed=1))))
-    for pair, cause in (swapped, 'swapped'), (swapped, 'swapped'), (good, None), (black, 'dark'):
+    good, swapped, covered, black = ((*pair, matcher.match(*pair), CONFIG) for pair in (
+        (scene.left, scene.right), (scene.right, scene.left), (scene.left, plain(90)),
+        (plain(3), plain(3, seed=1))))
+    for pair, cause in [(swapped, 'swapped'), (swapped, 'swapped'), (covered, 'covered'),
+                        (black, 'dark'), (good, None), (black, 'dark'), (swapped, None)]:
         check.add_within_share(*pair)
         assert (check.finding and check.finding.cause) == cause
+    swapped[2].times['total'] = 20.0
+    while not check.finding:
+        check.add_within_share(*swapped)
+    check.interrupt()
+    assert check.finding is None
+
+
+def test_a_known_cause_is_compared_with_the_images_more_often(scene, monkeypatch):
+    """So that it does not outlive itself where the pairs stay suspicious."""
+    asked, told = [], plausibility.Finding('swapped', 'swapped')
+    clock = SimpleNamespace(perf_counter=lambda: 0.010 * len(asked))
+    monkeypatch.setattr(plausibility, 'time', clock)
+    monkeypatch.setattr(plausibility, 'CLOSER', [
+        lambda evidence: asked.append(evidence) or told if len(asked) < 3 else None])
+    match = StereoMatcher(CONFIG).match(scene.right, scene.left)
+    match.times['total'] = 20.0
+    check, pairs = PlausibilityCheck(), 0
+    while check.finding or not asked:
+        check.add_within_share(scene.right, scene.left, match, CONFIG)
+        pairs += 1
+    assert len(asked) == 3 and pairs < 100
 
 
 def real_pairs():
@@ -172,10 +282,13 @@ def real_pairs():
         yield read_grey(folder / 'left.png'), read_grey(folder / 'right.png'), 96
 
 
-def test_real_pairs_that_fit_have_no_finding_with_noise_either_and_swapped_ones_have():
+def test_real_pairs_that_fit_have_no_finding_with_noise_either_and_others_have_theirs():
     for number, (left, right, disparities) in enumerate(real_pairs()):
         config = replace(CONFIG, disparities=disparities)
         assert finding(left, right, config) is None
         if number < 3:
             assert finding(*noisy((left, right), 1.5, np.random.default_rng(0)), config) is None
         assert finding(right, left, config).cause == 'swapped'
+        if left.shape[1] > 1000:    # whose features are of half the size
+            found = finding(left, misaligned(right, tilt=2.5), replace(config, align_rows=False))
+            assert found.cause == 'rows'

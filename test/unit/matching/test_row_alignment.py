@@ -200,7 +200,7 @@ def test_a_rig_after_a_knock_is_put_right_within_pairs(scene, knock, covered):
     match_all(matcher, [(blank, blank)] * covered)
     after = scene.left, misaligned(scene.right, tilt=knock)
     assert wrong(matcher.match(*after), scene) > 20
-    match_all(matcher, [after] * (CONFIRMED - 1 if not covered else covered))
+    match_all(matcher, [after] * (covered or CONFIRMED - 1))
     assert wrong(matcher.match(*after), scene) < 5
     assert matcher.rows.undone[0] == pytest.approx(knock, abs=0.2)
 

@@ -116,6 +116,19 @@ def test_pairs_without_change_have_no_swing_and_few_pairs_none_at_all(scene):
     assert enough.swing == pytest.approx(0, abs=1e-6)
 
 
+def test_pairs_whose_points_contradict_each_other_say_nothing_of_a_swing(scene):
+    """Such as of swapped images, of which little is matched, and that wrongly."""
+    one, random = corner_offsets(*known(scene)), np.random.default_rng(0)
+    wrong = []
+    for _ in range(8):
+        few = one[random.choice(len(one), random.integers(1, 20), replace=False)].copy()
+        few[:, 2] = random.uniform(-10, 10, len(few))
+        wrong.append(few)
+    found = misalignment_of([one] * 8 + wrong, ROWS, COLUMNS)
+    assert found.swing == pytest.approx(0, abs=0.05)
+    assert found.faults == []
+
+
 def test_an_error_that_is_not_sure_is_no_fault():
     found = Misalignment(0.6, 0.0, 0.0, 0.0, (0.04,) * 4, None, 50, 1, ROWS, COLUMNS)
     assert found.faults == ['tilt']
@@ -123,10 +136,18 @@ def test_an_error_that_is_not_sure_is_no_fault():
     assert found._replace(tilt=0.49, doubts=(0.0,) * 4).faults == []
 
 
-def test_the_advice_says_what_is_undone_and_that_a_swing_is_not():
+def test_a_fault_is_a_reason_to_warn_unless_it_is_undone_well():
     found = Misalignment(0.6, 0.0, 0.0, 0.0, (0.0,) * 4, 0.2, 50, 9, ROWS, COLUMNS, undone=True)
-    assert found.advice.endswith('; undone before matching')
-    assert found._replace(swing=0.8).advice.endswith('all but the swing is undone before matching')
+    assert not found.warns
+    assert found.advice.endswith('cut off); undone before matching')
+    for worse, end in ((found._replace(undone=False), 'cut off)'),
+                       (found._replace(swing=0.8), 'all but the swing is undone before matching'),
+                       *((found._replace(**{name: limit + 0.1}),
+                          'undone before matching, but matches are lost') for name, limit in zip(
+                              row_offsets.TERMS, row_offsets.UNDONE_LIMITS))):
+        assert worse.warns
+        assert worse.advice.startswith('recalibrate: ')
+        assert worse.advice.endswith(end)
     assert 'undone' not in found._replace(tilt=0.0, swing=0.8).advice
     assert row_offset_in_words(found._replace(tilt=0.2)).endswith(
         'OK (limit 0.5), undone before matching')
@@ -234,7 +255,20 @@ def test_features_at_the_edges_count_though_most_are_in_the_middle(name):
 def test_rows_of_kitti_2012_converge_and_fit_otherwise(name, numbers):
     found = matched(kitti_frames(name, numbers)[0], 96)
     assert found.faults == ['yaw']
+    assert not found.warns
     assert found.points > 200
+
+
+@pytest.mark.parametrize('name', ['000027', '000138', 'euroc'])
+def test_of_swapped_images_no_corner_tells_an_offset(name):
+    """What is matched there is wrong, and so would be what is undone."""
+    if name == 'euroc':
+        folder = DATA / 'euroc_v101_rect'
+        pair = [read_grey(folder / side / '0000.png') for side in ('right', 'left')]
+    else:
+        pair = kitti_frames(name, [10])[0][0][::-1]
+    match = StereoMatcher(MatcherConfig(disparities=64)).match(*pair)
+    assert not len(corner_offsets(*pair, match.disparity, match.confidence))
 
 
 def test_a_flight_of_euroc_raises_no_alarm():

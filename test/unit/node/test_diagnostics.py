@@ -7,6 +7,7 @@ import re
 from types import SimpleNamespace
 
 from fuzzy_stereo_ros.matching.plausibility import Finding
+from fuzzy_stereo_ros.matching.row_offsets import Misalignment
 from fuzzy_stereo_ros.pairs.stereo_pair import UNCALIBRATED
 from hypothesis import given, strategies
 import numpy as np
@@ -39,7 +40,7 @@ def test_figures_tell_the_times_and_what_the_newest_match_was_like():
     for milliseconds in (10.0, 20.0, 30.0):
         made.matched(matched({'total': milliseconds / 2}, False, (1, np.nan), (0.5, 0.0),
                              generations=2, motion='followed'), latency=milliseconds)
-    made.reject('size')
+    made.reject('size', 'the images differ in size')
     assert made.figures() == {
         'rejected: size': '1', 'latency, last': '30.0 ms', 'latency, median': '20.0 ms',
         'latency, 95th percentile': '29.0 ms', 'matching time, last': '15.0 ms',
@@ -64,67 +65,112 @@ def test_stages_that_the_newest_pair_skipped_keep_their_figures():
         'STALE', 'compiling the kernels: 40 %, about 12 s left')),
     ('', 'idle: not activated', 0, {}, ('OK', 'idle: not activated')),
     ('', '', 6.2, {}, ('ERROR', 'no stereo pair for 6 s')),
-    ('', '', 0, {'rejected': 2}, ('WARN', 'rejecting 2.0 pairs/s')),
-    ('', '', 0, {'rejected': 2, 'matched': 0}, ('ERROR', 'rejecting 2.0 pairs/s')),
+    ('', '', 0, {'rejected': 2}, ('WARN', 'rejecting 2.0 pairs/s: P is empty')),
+    ('', '', 0, {'rejected': 2, 'matched': 0}, ('ERROR', 'rejecting 2.0 pairs/s: P is empty')),
     ('', '', 0, {'dropped': 9.4}, ('OK', 'matching 9.5 pairs/s')),
     ('', '', 0, {'dropped': 20.5}, (
         'WARN', 'matching 9.5 pairs/s and dropping 20.5: they come faster than they can be '
         'matched; see scale and disparity_range')),
+    ('', '', 0, {'dropped': 20.5, 'preparing': 1}, (
+        'OK', 'matching 9.5 pairs/s and dropping 20.5 while changed parameters are being '
+        'prepared')),
 ])
 def test_the_status_is_the_worst_that_is_true(loading, idle, silence, rates, expected):
-    rates = {f'pairs {how}': {'rejected': 0, 'dropped': 0, 'matched': 9.5, **rates}[how]
-             for how in ('rejected', 'dropped', 'matched')}
-    assert diagnostics.status_of(loading, idle, silence, rates) == expected
+    rates = {**rates, **{
+        f'pairs {how}': {'rejected': 0, 'dropped': 0, 'matched': 9.5, **rates}[how]
+        for how in ('rejected', 'dropped', 'matched')}}
+    preparing = bool(rates.pop('preparing', False))
+    assert diagnostics.status_of(
+        loading, idle, silence, rates, preparing, 'P is empty') == expected
 
 
-MISALIGNED = SimpleNamespace(advice='recalibrate: roll', figures={'row offset, tilt': '+0.10 px'})
+ROWS = Misalignment(0.1, 0.9, 0.0, 0.0, (0.01,) * 4, 0.1, 500, 16, 240, 320, undone=True)
+SWAPPED = Finding('swapped', 'left and right are swapped')
+APART = Finding('rows', 'the rows of the images do not fit')
+PLAIN = Finding('plain', 'little texture', warns=False)
 
 
-def published_by(misalignment, finding, idle='', silence=0, calibration=UNCALIBRATED):
-    """Return the Diagnostics, the level and the sentence that it publishes."""
+def publisher():
+    """Return Diagnostics without ROS, and the list of what they publish."""
     published = []
-    made = diagnostics.Diagnostics(SimpleNamespace(
+    return diagnostics.Diagnostics(SimpleNamespace(
         create_publisher=lambda *_: SimpleNamespace(publish=published.append),
         get_fully_qualified_name=lambda: '/node',
-        get_clock=lambda: SimpleNamespace(now=lambda: SimpleNamespace(to_msg=Time))), 0.0)
-    counts = dict.fromkeys(['pairs synchronised', 'pairs matched', 'pairs dropped',
-                            'pairs rejected'], 0)
-    made.matched(matched(misalignment=misalignment))
-    made.calibration = calibration
-    made.publish(1.0, counts, {}, '', idle, silence, finding)
-    first, second = published[0].status
+        get_clock=lambda: SimpleNamespace(now=lambda: SimpleNamespace(to_msg=Time))), 0.0
+    ), published
+
+
+def told(made, published, idle='', silence=0, **options):
+    """Return the level and the sentence that Diagnostics publish."""
+    made.publish(1.0, dict.fromkeys(
+        ['pairs synchronised', 'pairs matched', 'pairs dropped', 'pairs rejected'], 0), {}, '',
+        idle, silence, **options)
+    first, second = published[-1].status
     assert (second.level, second.name) == (
         diagnostics.DiagnosticStatus.OK, f'{first.name}, details')
-    told = [[value.key for value in status.values] for status in (first, second)]
-    assert told[0] == [key for key in diagnostics.AT_A_GLANCE if key in made.values]
-    assert sorted(sum(told, [])) == sorted(made.values)
-    return made, first.level, first.message
+    keys = [[value.key for value in status.values] for status in (first, second)]
+    assert keys[0] == [key for key in diagnostics.AT_A_GLANCE if key in made.values]
+    assert sorted(sum(keys, [])) == sorted(made.values)
+    levels = {getattr(diagnostics.DiagnosticStatus, level): level
+              for level in ('OK', 'WARN', 'ERROR')}
+    return levels[first.level], first.message
 
 
 @pytest.mark.parametrize('idle, silence, level, sentence', [
-    ('', 0, 'WARN', 'matching 0.0 pairs/s; recalibrate: roll'),
-    ('', 6, 'ERROR', 'no stereo pair for 6 s; recalibrate: roll'),
+    ('', 0, None, 'matching 0.0 pairs/s'),
+    ('', 6, 'ERROR', 'no stereo pair for 6 s'),
     ('idle: not activated', 0, 'OK', 'idle: not activated')])
-def test_a_misalignment_raises_the_level_where_it_is_ok_and_stands_behind_what_is_worse(
-        idle, silence, level, sentence):
-    made, *told = published_by(MISALIGNED, None, idle, silence)
-    assert told == [getattr(diagnostics.DiagnosticStatus, level), sentence]
-    assert made.values['row offset, tilt'] == '+0.10 px'
-    assert made.values['rectification'] == 'recalibrate: roll'
-    assert made.values['suspected fault'] == 'none'
+@pytest.mark.parametrize('finding, rows, remark, rectification', [
+    (None, ROWS, '', ROWS.advice), (None, ROWS._replace(roll=0.1), '', 'OK'),
+    (None, ROWS._replace(undone=False), None, None),
+    (None, ROWS._replace(roll=5.0), None, None), (None, ROWS._replace(swing=0.9), None, None),
+    (SWAPPED, ROWS._replace(swing=0.9), SWAPPED.sentence, ROWS._replace(swing=0.9).advice),
+    (SWAPPED, None, SWAPPED.sentence, 'not measured: too few points are found in both images'),
+    (APART, ROWS, APART.sentence, APART.sentence), (PLAIN, ROWS, PLAIN.sentence, ROWS.advice)])
+def test_what_is_wrong_with_the_pairs_is_told_while_pairs_come_and_what_is_undone_is_a_value(
+        idle, silence, level, sentence, finding, rows, remark, rectification):
+    made, published = publisher()
+    made.matched(matched(misalignment=rows))
+    remark = rows.advice if remark is None else remark
+    if level is None:
+        level = 'WARN' if remark not in ('', PLAIN.sentence) else 'OK'
+        sentence += f'; {remark}' * bool(remark)
+    assert told(made, published, idle, silence, finding=finding) == (level, sentence)
+    assert made.values['rectification'] == (rectification or rows.advice)
+    assert made.values['suspected fault'] == (finding.cause if finding else 'none')
+    assert made.values['row offset, measured']
+    assert rows is None or made.values['row offset, tilt'] == '+0.10 +- 0.01 px'
 
 
-@pytest.mark.parametrize('warns, idle, level, sentence', [
-    (True, '', 'WARN', 'matching 0.0 pairs/s; left and right are swapped'),
-    (False, '', 'OK', 'matching 0.0 pairs/s; left and right are swapped'),
-    (True, 'idle: not activated', 'OK', 'idle: not activated')])
-def test_a_finding_that_warns_raises_the_level_and_another_is_told_alone(
-        warns, idle, level, sentence):
-    made, *told = published_by(
-        None, Finding('swapped', 'left and right are swapped', warns), idle)
-    assert told == [getattr(diagnostics.DiagnosticStatus, level), sentence]
-    assert made.values['suspected fault'] == 'swapped'
-    assert made.values['row offset, measured'].startswith('not measured: too few points')
+def test_rows_that_move_are_a_reason_to_warn_until_the_rig_is_calibrated_anew():
+    made, published = publisher()
+
+    def after(rows, **options):
+        made.matched(matched(misalignment=rows))
+        return told(made, published, **options)
+
+    assert after(ROWS)[0] == 'OK'
+    assert after(ROWS._replace(tilt=0.3))[0] == 'OK'
+    level, sentence = after(ROWS._replace(tilt=1.4, pairs=3))
+    assert (level, sentence.split('; ', 1)[1]) == (
+        'WARN', 'recalibrate: the rows have moved by 1.3 px since the start, as by a knock or '
+        'heat; undone before matching')
+    assert made.values['rectification'] in sentence
+    made.calibration = replace(made.calibration, focal=401.0)
+    assert after(ROWS._replace(tilt=-1.4))[0] == 'OK'
+    # What is measured while pairs do not belong together is not what the rig was at the start.
+    made.calibration = replace(made.calibration, focal=402.0)
+    after(ROWS._replace(tilt=-7.0), finding=SWAPPED)
+    assert after(ROWS)[0] == 'OK'
+
+
+def test_outputs_that_are_asked_for_and_cannot_be_made_are_a_reason_to_warn():
+    made, published = publisher()
+    made.matched(matched())
+    assert told(made, published, left_out=['depth/image_rect', 'points2']) == (
+        'WARN', 'matching 0.0 pairs/s; depth/image_rect, points2 cannot be made, though asked '
+        'for: the baseline is 0 m by the two camera_info')
+    assert told(made, published, left_out=[]) == ('OK', 'matching 0.0 pairs/s')
 
 
 @pytest.mark.parametrize('baseline, remarks, level, sentence', [
@@ -133,9 +179,10 @@ def test_a_finding_that_warns_raises_the_level_and_another_is_told_alone(
 def test_remarks_on_the_cameras_are_told_and_warn_where_metres_may_be_wrong(
         baseline, remarks, level, sentence):
     cameras = replace(UNCALIBRATED, baseline=baseline, remarks=remarks)
-    made, *told = published_by(None, None, calibration=cameras)
-    assert told == [getattr(diagnostics.DiagnosticStatus, level),
-                    f'matching 0.0 pairs/s{sentence}']
+    made, published = publisher()
+    made.matched(matched())
+    made.calibration = cameras
+    assert told(made, published) == (level, f'matching 0.0 pairs/s{sentence}')
     assert made.values['calibration'] == ('; '.join(remarks) or 'OK')
 
 
@@ -152,8 +199,8 @@ def test_the_first_loss_is_reported_at_once_then_one_line_a_period_with_what_cam
     losses = LossReports(period=60.0)
     assert losses.lines(10.0, {'pairs dropped': 0, 'pairs matched': 9}) == []
     assert losses.lines(11.0, {'pairs dropped': 2}) == [
-        '2 pairs dropped since the last report (newer pairs came first; see scale and '
-        'disparity_range)']
+        '2 pairs dropped since the last report (newer pairs came first, or parameters were '
+        'prepared; see scale and disparity_range)']
     assert losses.lines(70.9, {'pairs dropped': 7}) == []
     assert reported(losses.lines(71.0, {'pairs dropped': 8})) == {'pairs dropped': 6}
     assert losses.lines(200.0, {'pairs dropped': 8}) == []

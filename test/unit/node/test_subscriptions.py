@@ -21,8 +21,20 @@ def states(**changes):
 
 
 @pytest.mark.parametrize('topics, options, expected', [
-    (states(at1={'received': 0, 'publishers': 0}), {},
+    (states(at1={'received': 0, 'publishers': 0}), {'cache': True},
      'no node publishes /left/camera_info: start the camera driver, or remap the topic'),
+    (states(at1={'received': 0, 'publishers': 0, 'name': '/cam/left/camera_info',
+                 'image': '/cam/left/raw'}), {'cache': True},
+     'no node publishes /cam/left/camera_info: start the camera driver, or remap the topic'),
+    (states(at1={'received': 0, 'publishers': 0}), {},
+     'no node publishes /left/camera_info: start the camera driver, or remap the topic; few or '
+     'none of /left/camera_info: where they are sent once, or seldom, set cache_camera_info'),
+    (states(at1={'received': 1}, at3={'received': 0}), {'profile': 0},
+     'no message arrives from the publishers of /right/camera_info: check that they publish; few '
+     'or none of /left/camera_info, /right/camera_info: where they are sent once, or seldom, set '
+     'cache_camera_info'),
+    (states(), {'difference': 1_732_000_000 * 10**9},
+     'some stamps are 0 or of another clock: let the drivers set header.stamp'),
     (states(at0={'received': 0, 'incompatible': 'reliability'}), {},
      '/left/image_rect is offered with an incompatible QoS (reliability): set '
      'qos_overrides./left/image_rect.subscription.reliability'),
@@ -39,7 +51,7 @@ def states(**changes):
     (states(at2={'received': 0}), {'profile': 1},
      'no message arrives from the publishers of /right/image_rect: check that they publish'),
     (states(at1={'received': 0, 'publishers': 0, 'cached': True},
-            at3={'received': 0, 'cached': True}), {},
+            at3={'received': 0, 'cached': True}), {'cache': True},
      'no stamp came on all four topics: set approximate_sync if the cameras do not stamp alike, '
      'or a larger queue_size'),
     (states(), {},
@@ -53,16 +65,20 @@ def test_the_report_ends_with_what_to_do(topics, options, expected, monkeypatch)
         monkeypatch.delenv(name, raising=False)
     if 'profile' in options:
         monkeypatch.setenv(FAST_DDS_VARIABLES[options['profile']], 'a file')
-    report = subscriptions.no_pair_report(
-        5.4, topics, 1_500_000, options.get('approximate', False))
-    counts = ', '.join(f'{topic.name} {topic.received}' for topic in topics)
-    assert report == (f'no stereo pair for 5 s; messages since then: {counts}; the latest stamps '
-                      f'differ by up to 1.500 ms; {expected}')
+    report = subscriptions.no_pair_report(5.4, topics, options.get('difference', 1_500_000), {
+        'cache_camera_info': options.get('cache', False),
+        'approximate_sync': options.get('approximate', False)})
+    counts = ', '.join(f'{topic.name} {topic.received}' for topic in topics).replace(
+        '/cam/left/camera_info', '/cam/left/camera_info (derived from /cam/left/raw)')
+    assert report.startswith(f'no stereo pair for 5 s; messages since then: {counts}; the latest '
+                             'stamps differ by up to ')
+    assert report.split(' ms; ', 1)[1] == expected
 
 
 def received(numbers, publishers=1, publisher_changes_before=None):
     """Return {topic: lost} after messages with numbers on one topic."""
     node = SimpleNamespace(count_publishers=lambda name: publishers,
+                           resolve_topic_name=lambda name, only_expand=False: f'/{name}',
                            create_subscription=lambda kind, name, *_, **__: SimpleNamespace(
                                topic_name=name))
     settings = {'cache_camera_info': False, 'image_transport': 'raw', 'input_qos': 'reliable',
@@ -91,3 +107,14 @@ def test_every_message_that_is_missing_between_two_others_is_counted(arrived, fi
     ([7, 7, 8], {})])
 def test_what_need_not_be_a_loss_is_not_counted_as_one(numbers, options):
     assert received(numbers, **options)[TOPICS[0]] == 0
+
+
+def test_a_pair_is_missed_where_messages_are_left_over_and_none_comes():
+    synchroniser = Synchroniser(TOPICS, queue_size=1)
+    made = subscriptions.Subscriptions(None, {}, synchroniser, None)
+    steps = [((), False), (TOPICS, False), (TOPICS[:1], False), (TOPICS[:2], True), ((), False),
+             (TOPICS, False)]
+    for stamp, (topics, missed) in enumerate(steps):
+        for topic in topics:
+            synchroniser.add(topic, stamp, topic)
+        assert made.misses_pairs() == missed

@@ -26,6 +26,18 @@ def test_a_pair_has_the_stamp_and_frame_of_the_left_image():
     assert pair.calibration == Calibration(200.0, 0.12, 0.0, LEFT)
 
 
+def test_a_stamp_of_0_and_an_empty_frame_get_a_remark_while_they_last():
+    reader = PairReader()
+    for stamp, frame, told in ((2, 0), 'c', []), ((0, 0), 'c', ['stamp']), (
+            (0, 0), '', ['stamp', 'frame_id']), ((0, 1), '', ['frame_id']), ((1, 0), 'c', []):
+        message = image(noise(80, 100), 'mono8')
+        message.header = header(stamp, frame)
+        pair = reader.read(message, info(), image(noise(80, 100, 1), 'mono8'), info(tx=-24.0))
+        assert [remark.split(' of ')[0] for remark in pair.calibration.remarks] == [
+            f'the {name}' for name in told]
+        assert all('let the driver set header.' in one for one in pair.calibration.remarks)
+
+
 def test_an_image_of_another_size_than_its_camera_info_is_used_with_a_remark():
     pair = PairReader().read(image(noise(40, 50), 'mono8'), info(),
                              image(noise(40, 50), 'mono8'), info(tx=-24.0, width=0))
