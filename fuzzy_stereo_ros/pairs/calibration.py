@@ -156,11 +156,11 @@ def _remarks(left, right, baseline):
                    'camera has no rotation, only fx, cx, Tx, fy, cy and P[10] = 1; take P1 and '
                    'P2 of a calibration of the two as a pair')
     if not baseline:
-        yield ('the baseline is 0 m, as P[3] of ' + (
-            'both camera_info is the same' if right.tx else
-            'the right camera_info is not -fx * baseline') + ': disparities are without metres (t '
-            'is 0), depth and points are left out; calibrate the two cameras as a pair, or load '
-            'their calibration into the drivers')
+        cause = ('both camera_info is the same' if right.tx else
+                 'the right camera_info is not -fx * baseline')
+        yield (f'the baseline is 0 m, as P[3] of {cause}: disparities are without metres '
+               '(t is 0), depth and points are left out; calibrate the two cameras as a pair, '
+               'or load their calibration into the drivers')
         return
     if baseline >= LONG_BASELINE:
         yield (f'the baseline is {baseline:g} m; if that is meant to be cm or mm, all depths and '

@@ -30,6 +30,8 @@ LAYOUTS = (('left', 'right'), ('cam0/data', 'cam1/data'), ('cam0', 'cam1'),
 class Frame:
     """An image that is read when it is needed, with a header as messages have it."""
 
+    numbered = True     # its stamp may be 0, that of a message is then not set
+
     def __init__(self, stamp, source):
         """stamp: ns. source: the image, or its file (Path)."""
         self.header = SimpleNamespace(stamp=SimpleNamespace(), frame_id='left')

@@ -74,7 +74,8 @@ class PairReader:
         stamp, frame_id = stamp_of(left.header), left.header.frame_id
         remarks = [f'the {name} of the left image is {value!r}: its results cannot be placed; let '
                    f'the driver set header.{name}'
-                   for name, value in (('stamp', stamp), ('frame_id', frame_id)) if not value]
+                   for name, value in (('stamp', stamp), ('frame_id', frame_id))
+                   if not value and not getattr(left, 'numbered', False)]
         return self.read_images(_read_images(left, right), (left_info, right_info), stamp,
                                 frame_id, remarks)
 

@@ -235,5 +235,6 @@ def test_the_result_is_the_best_in_pixels_and_by_how_much_its_matches_are_more_p
     *_, before, last = match.history
     growth = last.best_fitness / before.best_fitness - 1
     np.testing.assert_allclose(match.confidence, np.exp(-8 * growth) * np.interp(
-        10 * cv2.blur(certainty, (9, 9)), range(11), CALIBRATION), atol=1e-6)
+        10 * cv2.blur(certainty, (9, 9)), range(11), CALIBRATION)
+        * matcher._inheritance.seen(best), atol=1e-6)
     assert list(match.times) == ['pictures', 'possibility', 'seeds', 'generations', 'refinement']
