@@ -66,17 +66,19 @@ def judge(votes, found, labels, nearest):
     found: the `Found` regions; votes, labels, nearest: see `elect`
     """
     election, starts, cells = elect(votes, found.places, labels, nearest), found.starts, votes[2]
-    pixels, inconsistent = np.add.reduceat(cells[:, [0, 4]], starts[:-1]).T
+    pixels, inconsistent = np.array([cells[slice(*ends)][:, [0, 4]].sum(0)
+                                     for ends in zip(starts[:-1], starts[1:])]).T
     consistent = 1 - inconsistent / pixels
     right = np.maximum(2 * consistent - 1, 0)   # share of the map
     found.certainty[:, 0] = SURE * right
     found.certainty[:, 1] = SURE * election.shares[:, 1]
     for region in np.flatnonzero(election.shares[:, 0] > right):
         place = slice(*starts[region:region + 2])
-        lead = np.zeros(place.stop - place.start)
-        of_plane, of_map, decisive = kernels.compare(
+        lead = np.zeros(len(cells[place]))
+        ahead, decisive = kernels.compare(
             votes, (found.places[region], place.start, place.stop), election.spreads[region],
             election.deviations[region], election.valid[region],
-            (nearest, election.best[region], election.means[region]), found.planes[region], lead)
-        if of_plane > consistent[region] * of_map + LEAD and decisive < DECISIVE:
+            (nearest, election.best[region], election.means[region], consistent[region]),
+            found.planes[region], lead)
+        if ahead > LEAD and decisive < DECISIVE:
             found.accepted[place] = lead > max(decisive - DECISIVE, LENIENT)

@@ -259,17 +259,18 @@ def compare(votes, region, spreads, deviations, valid, limits, plane, lead):
     """
     Tilt the plane of a region to where it has the most evidence, and compare it with the map.
 
-    Returns the evidence for the plane and for the map, in deviations from none, and how decisive
-    3 x 3 cells are: the mean evidence of the plane there, in those of wrong disparities.
+    Returns by how much the evidence for the plane exceeds the right share of that for the map, in
+    deviations, and how decisive 3 x 3 cells are: the mean evidence of the plane there, in those of
+    wrong disparities.
     votes: the fields of Votes; region: those of RegionCells; spreads: float64 (BANDS,), deviations
     of each band; deviations: float64 (labels,), the evidence of each; valid: bool (labels,), seen
     often enough; limits: the label from which on there is evidence, the one with the most of it,
-    and the mean evidence, which is none; plane: float64 (3,), written, of
+    the mean evidence, which is none, and the share of the map that is right; plane: float64 (3,), written, of
     half-size x and y and full disparity; lead: float64 (cells,), written, by how much the
     evidence for the plane in 3 x 3 cells exceeds that of the map, in those of wrong disparities
     """
     (curves, counts, cells), (places, start, stop) = votes, region
-    nearest, best, middle = limits
+    nearest, best, middle, share = limits
     number, labels = stop - start, deviations.size
     weighted, seen = np.zeros((number, labels)), np.zeros((number, labels))
     right, down, of_map, of_plane = (np.zeros(number), np.zeros(number), np.zeros(number),
@@ -291,4 +292,4 @@ def compare(votes, region, spreads, deviations, valid, limits, plane, lead):
     spread_around(of_plane, places, start, lead)
     for place in range(number):
         lead[place] /= usual
-    return evidence - middle, known - middle, total / pixels / usual
+    return evidence - middle - share * (known - middle), total / pixels / usual
