@@ -265,9 +265,10 @@ def compare(votes, region, spreads, deviations, valid, limits, plane, lead):
     votes: the fields of Votes; region: those of RegionCells; spreads: float64 (BANDS,), deviations
     of each band; deviations: float64 (labels,), the evidence of each; valid: bool (labels,), seen
     often enough; limits: the label from which on there is evidence, the one with the most of it,
-    the mean evidence, which is none, and the share of the map that is right; plane: float64 (3,), written, of
-    half-size x and y and full disparity; lead: float64 (cells,), written, by how much the
-    evidence for the plane in 3 x 3 cells exceeds that of the map, in those of wrong disparities
+    the mean evidence, which is none, and the share of the map that is right; plane: float64 (3,),
+    written, of half-size x and y and full disparity; lead: float64 (cells,), written, by how much
+    the evidence for the plane in 3 x 3 cells exceeds that of the map, in those of wrong
+    disparities
     """
     (curves, counts, cells), (places, start, stop) = votes, region
     nearest, best, middle, share = limits
