@@ -144,7 +144,7 @@ def margins_of_half(labels, half):
         if half.prior.weights[row, column] == VOTED:
             margins[row, column] = 255
         elif abs(int(labels[row, column]) - 2 * int(half.chosen.labels[place])) <= 3:
-            margins[row, column] = min(2 * max(int(half.chosen.margins[place]) - 14, 0), 255)
+            margins[row, column] = min(3 * max(int(half.chosen.margins[place]) - 14, 0), 255)
     return margins
 
 

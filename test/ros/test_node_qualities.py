@@ -50,7 +50,8 @@ def test_use_system_default_qos_leaves_the_inputs_to_the_middleware(ros):
         asked = []
         Subscriptions(
             SimpleNamespace(  # called at once
-                create_subscription=lambda *of, **_: asked.append(of[3])),  # noqa: B023
+                create_subscription=lambda *of, **_: asked.append(of[3]),  # noqa: B023
+                resolve_topic_name=lambda topic, **_: topic),
             {**settings, 'image_transport': 'raw', 'cache_camera_info': False},
             Synchroniser(INPUT_TOPICS), None).update(True)
         assert asked == 4 * [QoSPresetProfiles.SYSTEM_DEFAULT.value]

@@ -70,7 +70,7 @@ def judge(votes, found, labels, nearest):
                                      for ends in zip(starts[:-1], starts[1:])]).T
     consistent = 1 - inconsistent / pixels
     right = np.maximum(2 * consistent - 1, 0)   # share of the map
-    found.certainty[:, 0] = SURE * right
+    found.certainty[:, 0] = SURE * right / np.maximum(consistent, 0.5)  # of consistent pixels
     found.certainty[:, 1] = SURE * election.shares[:, 1]
     for region in np.flatnonzero(election.shares[:, 0] > right):
         place = slice(*starts[region:region + 2])

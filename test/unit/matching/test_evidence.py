@@ -120,19 +120,20 @@ def twin(left, right, labels, weights, validity, noise, shift):
     place = columns - 1 - np.arange(columns) + (
         labels[:2 * rows:2, :2 * columns:2].astype(int) + shift + 1) // 2
     theirs = np.take_along_axis(mirror, np.clip(place, 0, width - 1), 1)
-    clipped = (np.minimum(ours, theirs) <= 0) | (np.maximum(ours, theirs) >= 254 * 256)
+    ends = np.minimum(ours, theirs) <= 0, np.maximum(ours, theirs) >= 254 * 256
     expected = validity.copy()
     for row, column in np.ndindex(labels.shape):
         half_row, half_column = min(row // 2, rows - 1), min(column // 2, columns - 1)
-        around = clipped[max(half_row - 1, 0):half_row + 2,
-                         max(half_column - 1, 0):half_column + 2]
+        around = (slice(max(half_row - 1, 0), half_row + 2),
+                  slice(max(half_column - 1, 0), half_column + 2))
+        clipped = any(end[around].all() for end in ends)
         window = tuple(slice(max(middle // 4 * 4 - 4, 0), middle // 4 * 4 + 8)
                        for middle in (half_row, half_column))
         a, b = ours[window].ravel() / 256, theirs[window].ravel() / 256
         variances = a.var() + .14**2, b.var() + .14**2
         clear = min(variances) > 9 * ((noise / 2)**2 + .14**2)
         alike = ((a - a.mean()) * (b - b.mean())).mean() > .27 * np.sqrt(np.prod(variances))
-        seen = (clear or alike) and not around.all()
+        seen = (clear or alike) and not clipped
         if validity[row, column] == CONSISTENT and weights[row, column] != VOTED and not seen:
             expected[row, column] = INVALID
     return expected

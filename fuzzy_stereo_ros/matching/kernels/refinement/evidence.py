@@ -7,6 +7,7 @@ from fuzzy_stereo_ros.matching.kernels.units import CONSISTENT, INVALID, VOTED
 import numpy as np
 
 BLOCK = 4       # half-size pixels of a side of the blocks
+DARK, BRIGHT = 1, 2     # ends at which a pixel is clipped
 SUMS = 6        # of a block: pixels, left, right, left squared, right squared, left times right
 
 
@@ -19,7 +20,7 @@ def sum_blocks(labels, left, right, ends, sums, clipped, first, last):
     ends: columns to the right, at full size, by which the right one is not moved yet, its columns,
     and the luminance up to and from which a pixel is clipped;
     sums: float64 (SUMS, block rows, block columns), written for the rows of blocks first to last,
-    exact; clipped: uint8 (r, c), 1 where either of the two pixels is clipped
+    exact; clipped: uint8 (r, c), DARK, BRIGHT, both or 0, of either of the two pixels
     """
     (shift, width, dark, bright), (rows, columns) = ends, clipped.shape
     for block_row in range(first, last):
@@ -34,7 +35,8 @@ def sum_blocks(labels, left, right, ends, sums, clipped, first, last):
                     away = (np.int64(genes[2 * column]) + shift + 1) >> 1
                     pointed = min(max(columns - 1 - column + away, 0), width - 1)
                     here, there = np.int64(line[column]), np.int64(other[pointed])
-                    marks[column] = (min(here, there) <= dark) | (max(here, there) >= bright)
+                    marks[column] = (DARK * (min(here, there) <= dark)
+                                     | BRIGHT * (max(here, there) >= bright))
                     lefts += here
                     rights += there
                     squares += here * here
@@ -54,7 +56,7 @@ def reject_unseen(seen, clipped, weights, validity, first, last):
     Reject the matches of some rows of which the pair shows nothing.
 
     seen: uint8 (block rows, block columns), not 0 where the views agree; clipped: see sum_blocks,
-    of which a match is rejected whose 3 x 3 pixels are all clipped; weights: uint8 (R, C), VOTED
+    of which a match is rejected whose 3 x 3 pixels are all clipped at one end; weights: uint8 (R, C), VOTED
     where a whole region is the evidence; validity: uint8 (R, C), changed
     """
     rows, columns = clipped.shape

@@ -87,7 +87,7 @@ def certainty(labels, sums, margins, half, validity, certain, first, last):
     """
     Compute the certainty of each label from its cost and its uniqueness margin.
 
-    The margin counts up to twice that of the half-size search, less what chance gives: in that no
+    The margin counts up to three times that of the half-size search, less what chance gives: in that no
     previous frame and no choice of labels has part.
 
     labels: (R, C); sums, margins: uint8 (R, C), the summed cost of the label and how much worse
@@ -106,7 +106,7 @@ def certainty(labels, sums, margins, half, validity, certain, first, last):
         for column in range(columns):
             place = min(column // 2, half_columns - 1)
             apart = abs(np.int32(line[column]) - 2 * np.int32(parents[place]))
-            above = 2 * (max(np.int32(clear[place]), CHANCE) - CHANCE)
+            above = 3 * (max(np.int32(clear[place]), CHANCE) - CHANCE)
             limit = np.uint8(min(above, 255)) if apart <= APART else np.uint8(0)
             limits[column] = np.uint8(255) if of_prior[column] == VOTED else limit
         for column in range(columns):
