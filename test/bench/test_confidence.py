@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""What a confidence is worth; a costmap gets nearly half of a map at the least, little of it wrong."""
+"""What a confidence is worth; a costmap gets nearly half of a map, little of it wrong."""
 from bench.confidence import (
     heading, kept_and_wrong, kept_of, pairs_without_truth, PRESETS,
     WRONG, wrong_and_confidence)

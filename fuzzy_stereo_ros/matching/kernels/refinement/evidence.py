@@ -56,8 +56,8 @@ def reject_unseen(seen, clipped, weights, validity, first, last):
     Reject the matches of some rows of which the pair shows nothing.
 
     seen: uint8 (block rows, block columns), not 0 where the views agree; clipped: see sum_blocks,
-    of which a match is rejected whose 3 x 3 pixels are all clipped at one end; weights: uint8 (R, C), VOTED
-    where a whole region is the evidence; validity: uint8 (R, C), changed
+    of which a match is rejected whose 3 x 3 pixels are all clipped at one end; weights: uint8
+    (R, C), VOTED where a whole region is the evidence; validity: uint8 (R, C), changed
     """
     rows, columns = clipped.shape
     for row in range(first, last):

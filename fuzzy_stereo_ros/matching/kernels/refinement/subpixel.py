@@ -87,8 +87,8 @@ def certainty(labels, sums, margins, half, validity, certain, first, last):
     """
     Compute the certainty of each label from its cost and its uniqueness margin.
 
-    The margin counts up to three times that of the half-size search, less what chance gives: in that no
-    previous frame and no choice of labels has part.
+    The margin counts up to three times that of the half-size search, less what chance gives: in
+    that no previous frame and no choice of labels has part.
 
     labels: (R, C); sums, margins: uint8 (R, C), the summed cost of the label and how much worse
     the best label elsewhere is; half: labels and margins (r, c) of the half-size search, and
