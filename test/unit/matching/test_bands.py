@@ -359,7 +359,8 @@ print(interrupted)
 
 def test_an_interrupt_ends_a_match_on_four_threads_and_the_next_one_is_as_before():
     done = subprocess.run([sys.executable, '-c', INTERRUPTED], capture_output=True, text=True,
-                          timeout=PATIENCE, cwd=ROOT / 'test' / 'support')
+                          timeout=PATIENCE, cwd=ROOT,
+                          env={**os.environ, 'PYTHONPATH': f'{ROOT}:{ROOT / "test" / "support"}'})
     assert done.returncode == 0, done.stderr
     assert int(done.stdout) > 50
 
