@@ -11,7 +11,7 @@ import pytest
 from repository import ROOT
 
 PROGRAM = str(ROOT / 'test' / 'support' / 'match_in_guarded_memory.py')
-KINDS = '4' if is_long() else '1'       # of images
+KINDS = ('4', '200') if is_long() else ('1', '20')      # of images; drawn sequences
 PROFILES = pytest.mark.parametrize('profile', ['realtime', 'fast', 'quality', 'paper'])
 BOTH_SIDES = pytest.mark.parametrize('where', ['before', 'behind'])
 # The tests of kernels against their twins; those of whole matches are in the program's sizes.
@@ -31,7 +31,7 @@ def run(*arguments, **variables):
 @BOTH_SIDES
 @PROFILES
 def test_matching_touches_no_byte_beside_an_array(profile, where):
-    done = run(PROGRAM, where, profile, KINDS)
+    done = run(PROGRAM, where, profile, *KINDS)
     assert done.returncode == 0, done.stderr[-2000:]
     guarded, overwritten = map(int, done.stdout.split())
     assert guarded > 1000
@@ -41,8 +41,8 @@ def test_matching_touches_no_byte_beside_an_array(profile, where):
 @BOTH_SIDES
 def test_a_vector_that_reaches_beyond_is_found_on_either_side(where):
     """In the forbidden page at once, on the other side where it has written."""
-    assert run(PROGRAM, where, 'read', KINDS).returncode == -signal.SIGSEGV
-    done = run(PROGRAM, where, 'write', KINDS)
+    assert run(PROGRAM, where, 'read', *KINDS).returncode == -signal.SIGSEGV
+    done = run(PROGRAM, where, 'write', *KINDS)
     assert done.returncode == 0
     assert done.stdout.split()[1] == '1'
 
@@ -66,7 +66,7 @@ def test_an_index_beyond_an_array_is_found(checked):
 
 @PROFILES
 def test_no_index_of_a_match_lies_outside_its_array(checked, profile):
-    done = run(PROGRAM, 'behind', profile, KINDS, **checked)
+    done = run(PROGRAM, 'behind', profile, *KINDS, **checked)
     assert done.returncode == 0, done.stderr[-2000:]
 
 

@@ -6,7 +6,8 @@ A program that matches pairs where each array lies against a page that nobody ma
 Code that checks no bounds, as explicit SIMD, ends the process there when it reads or writes a
 byte too far; bytes on the other side of an array are compared when it is freed. Arguments:
 `before` or `behind`, where that page lies; a profile, or `read` or `write` instead, which reach
-one byte beyond an array; and how many kinds of images are matched in each size.
+one byte beyond an array; how many kinds of images are matched in each size, and how many drawn
+sequences.
 """
 import ctypes
 from dataclasses import replace
@@ -15,8 +16,11 @@ import mmap
 import os
 import sys
 
-from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
+from drawn_frames import frames_of, options, SCENES
+from fuzzed import examples
+from fuzzy_stereo_ros.matching import arrays, MatcherConfig, StereoMatcher
 from fuzzy_stereo_ros.matching.kernels.simd import LANES, load, lowest, store
+from hypothesis import given, seed
 from numba import njit
 import numpy as np
 try:
@@ -148,13 +152,30 @@ def match_all(profile, kinds):
         gc.collect()
 
 
+def match_drawn(profile, number):
+    """Match a number of sequences, others in each profile."""
+    @seed(0)
+    @examples(number)
+    @given(options(profile), SCENES)
+    def match(config, scene):
+        config = replace(config, threads=1, disparities=min(config.disparities, scene['columns']))
+        matcher = StereoMatcher(config)
+        for pair in frames_of(config, scene):
+            matcher.match(*pair)
+    match()
+    gc.collect()
+
+
 def main():
     """Run, print how many arrays were guarded and overwritten around, and end at once."""
-    where, what, kinds = sys.argv[1:]
+    where, what, kinds, drawn = sys.argv[1:]
     memory = GuardedMemory(where == 'before')
     memory.begin()
     if what in CHANGES:
+        arrays.SMALL = arrays.OWN       # each array has memory of its own, of any size
+        arrays.Lent.__call__ = lambda _, shape, dtype=float: np.zeros(shape, dtype)
         match_all(what, int(kinds))
+        match_drawn(what, int(drawn))
     else:
         array = np.zeros(100, np.uint8)
         reach(array, 100 - LANES, False)
