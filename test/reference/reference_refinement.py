@@ -135,16 +135,15 @@ def fine_disparities(final, labels, offsets, validity):
     return fine, agreeing
 
 
-def margins_of_half(labels, half):
-    """Return the margin of the half-size search: 0 where it found another match, 255 if voted."""
-    margins = np.zeros(labels.shape, int)
-    rows, columns = half.chosen.labels.shape
-    for row, column in np.ndindex(labels.shape):
+def margins_of_half(half):
+    """Return what the margin of the half-size search allows: (R, C), 255 where voted."""
+    margins = np.zeros(half.prior.weights.shape, int)
+    rows, columns = half.chosen.margins.shape
+    for row, column in np.ndindex(margins.shape):
         place = min(row // 2, rows - 1), min(column // 2, columns - 1)
-        if half.prior.weights[row, column] == VOTED:
-            margins[row, column] = 255
-        elif abs(int(labels[row, column]) - 2 * int(half.chosen.labels[place])) <= 3:
-            margins[row, column] = min(3 * max(int(half.chosen.margins[place]) - 14, 0), 255)
+        voted = half.prior.weights[row, column] == VOTED
+        margins[row, column] = 255 if voted else min(
+            3 * max(int(half.chosen.margins[place]) - 10, 0), 255)
     return margins
 
 

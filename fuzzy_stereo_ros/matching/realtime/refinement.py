@@ -170,7 +170,7 @@ class Refinement:
         disparity: float32 (R, C), px, NaN = invalid; confidence: float32 (R, C), 0 to 1
         """
         disparity, confidence = (np.empty(labels.shape, np.float32) for _ in range(2))
-        margins_of_half = half.chosen.labels, half.chosen.margins, half.prior.weights
+        margins_of_half = half.chosen.margins, half.prior.weights
         rules = tuple(subpixel.OutputRules(
             np.float32(config.min_disparity),
             np.float32(config.min_disparity + config.disparities - 1), self._lines,
@@ -181,7 +181,7 @@ class Refinement:
             rows = widened(band, AROUND // 2, len(labels))
             reject(*rows)
             subpixel.fit(chosen.labels, chosen.offsets, self.final_validity, self._fitted, *rows)
-            subpixel.certainty(chosen.labels, chosen.sums, chosen.margins, margins_of_half,
+            subpixel.certainty(chosen.sums, chosen.margins, margins_of_half,
                                self.final_validity, self._certain, *rows)
             filter_band(blur, AROUND // 2, self._certain, self._around, band)
             subpixel.smooth_offsets(labels, self._fitted, *self._rows[band[0]], self._fine,

@@ -17,6 +17,7 @@ import numpy as np
 GROUPS = 32          # of columns of cells, a power of 2: split into halves in GROUPS - 1 ways
 VISIBLE = 0.3        # least share of visible pixels, of the most that any disparity has
 LEAST_LABELS = 2 * kernels.APART + 2  # that are visible, for an election
+CHANCE = 0.6         # share of splits whose halves agree on noise, in one region of fifty
 AGREE = 1            # px by which the choice of a half may differ from that of the region
 LEAD = 2.0           # deviations by which a plane must exceed what is consistent of the map
 DECISIVE = 4.0       # mean deviations of the plane in 3 x 3 cells from which windows can match it
@@ -71,7 +72,7 @@ def judge(votes, found, labels, nearest):
     consistent = 1 - inconsistent / pixels
     right = np.maximum(2 * consistent - 1, 0)   # share of the map
     found.certainty[:, 0] = SURE * right / np.maximum(consistent, 0.5)  # of consistent pixels
-    found.certainty[:, 1] = SURE * election.shares[:, 1]
+    found.certainty[:, 1] = SURE * np.maximum(election.shares[:, 1] - CHANCE, 0) / (1 - CHANCE)
     for region in np.flatnonzero(election.shares[:, 0] > right):
         place = slice(*starts[region:region + 2])
         lead = np.zeros(len(cells[place]))

@@ -131,7 +131,7 @@ def test_smoothing_is_both_medians_one_after_the_other(shape, dtype, disparities
 def test_parts_change_nothing(rows, columns, height, seed):
     shape = rows, columns
     chosen, validity, final = chosen_at_random(shape, 30, seed)
-    grey, half = random_map(shape, 256, seed + 7), half_at_random(chosen.labels, seed + 8)
+    grey, half = random_map(shape, 256, seed + 7), half_at_random(shape, seed + 8)
     edges = [*range(0, rows, height), rows]
     found = []
     for bands in ([(0, 0, rows)], list(zip(range(len(edges)), edges, edges[1:]))):
@@ -152,16 +152,14 @@ def keep_all(first, last):
     """Reject nothing of some rows."""
 
 
-def half_at_random(labels, seed, margins=None, limits=None):
-    """Return a half-size search, many of whose labels are near others at full size."""
-    halves = [max(side // 2, 1) for side in labels.shape]
-    parents = labels[::2, ::2][:halves[0], :halves[1]] // 2 + random_map(halves, 3, seed)
+def half_at_random(shape, seed, margins=None, limits=None):
+    """Return what a half-size search says of how sure a map of a shape is."""
+    halves = [max(side // 2, 1) for side in shape]
     return SimpleNamespace(
         chosen=SimpleNamespace(
-            labels=parents.astype(labels.dtype),
-            margins=random_map(halves, 256, seed + 1) if margins is None else margins),
-        prior=SimpleNamespace(weights=random_map(labels.shape, 3, seed + 2)),
-        certainty=random_map(labels.shape, 256, seed + 3) if limits is None else limits)
+            margins=random_map(halves, 256, seed) if margins is None else margins),
+        prior=SimpleNamespace(weights=random_map(shape, 3, seed + 1)),
+        certainty=random_map(shape, 256, seed + 2) if limits is None else limits)
 
 
 def chosen_at_random(shape, disparities, seed):
@@ -184,10 +182,10 @@ def written(shape, disparities, seed=0, validity=None, **changes):
     config = MatcherConfig(disparities=disparities, **changes)
     refinement = refinement_of(shape, disparities, final.dtype)
     refinement.final_validity[:] = validity
-    half = half_at_random(chosen.labels, seed + 6)
+    half = half_at_random(shape, seed + 6)
     disparity, confidence = refinement.write(POOL, final, chosen, half, keep_all, config)
     fine, agreeing = twins.fine_disparities(final, chosen.labels, chosen.offsets, validity)
-    margins = np.minimum(chosen.margins, twins.margins_of_half(chosen.labels, half))
+    margins = np.minimum(chosen.margins, twins.margins_of_half(half))
     sure = twins.confidence(twins.certainty(chosen.sums, margins, validity), agreeing, validity)
     right = np.where(sure > 0, np.interp(10 * sure, range(11), CALIBRATION), 0)
     return disparity, confidence, fine, np.minimum(right, half.certainty / 255), validity
@@ -228,7 +226,7 @@ def half_certain(shape):
 def test_a_pixel_as_sure_as_the_threshold_stays_valid():
     chosen, refinement = half_certain((5, 5))
     labels, all_sure = chosen.labels, np.full((5, 5), 255, np.uint8)
-    half = half_at_random(labels, 0, all_sure[:2, :2], all_sure)
+    half = half_at_random(labels.shape, 0, all_sure[:2, :2], all_sure)
     confidence = float(refinement.write(
         POOL, labels, chosen, half, keep_all, MatcherConfig())[1][2, 2])
     assert confidence == pytest.approx(CALIBRATION[5], abs=1e-6)

@@ -77,38 +77,32 @@ def smooth_offsets(final, fitted, total, count, fine, agreeing, first, last):
 
 CLEAR_MARGIN = 24    # summed cost by which the best label elsewhere is worse: half sure
 CERTAIN = 255 * 256   # of a label that is certain
-CHANCE = 14          # margin of the half-size search that noise often reaches
-APART = 3            # px from the label of the half-size search, doubled: the same match
+CHANCE = 10          # margin of the half-size search that noise often reaches
 LINES = 10           # confidence is the minimum of so many lines
 
 
 @kernel(allocates=True)
-def certainty(labels, sums, margins, half, validity, certain, first, last):
+def certainty(sums, margins, half, validity, certain, first, last):
     """
     Compute the certainty of each label from its cost and its uniqueness margin.
 
     The margin counts up to three times that of the half-size search, less what chance gives: in
     that no previous frame and no choice of labels has part.
 
-    labels: (R, C); sums, margins: uint8 (R, C), the summed cost of the label and how much worse
-    the best label elsewhere is; half: labels and margins (r, c) of the half-size search, and
-    the weights of its prior, uint8 (R, C); certain: uint16 (R, C), 0
-    to CERTAIN, 0 where not consistent.
+    sums, margins: uint8 (R, C), the summed cost of the label and how much worse the best label
+    elsewhere is; half: margins (r, c) of the half-size search, and the weights of its prior,
+    uint8 (R, C); certain: uint16 (R, C), 0 to CERTAIN, 0 where not consistent.
     """
-    half_labels, half_margins, weights = half
-    columns, half_columns = sums.shape[1], half_labels.shape[1]
+    half_margins, weights = half
+    columns, half_columns = sums.shape[1], half_margins.shape[1]
     # of its own: other threads read the rows of `certain` where bands overlap
     limits = np.empty(columns, np.uint8)
     for row in range(first, last):
-        half_row = min(row // 2, half_labels.shape[0] - 1)
-        parents, clear = half_labels[half_row], half_margins[half_row]
-        line, of_prior = labels[row], weights[row]
+        clear, of_prior = half_margins[min(row // 2, half_margins.shape[0] - 1)], weights[row]
         for column in range(columns):
-            place = min(column // 2, half_columns - 1)
-            apart = abs(np.int32(line[column]) - 2 * np.int32(parents[place]))
-            above = 3 * (max(np.int32(clear[place]), CHANCE) - CHANCE)
-            limit = np.uint8(min(above, 255)) if apart <= APART else np.uint8(0)
-            limits[column] = np.uint8(255) if of_prior[column] == VOTED else limit
+            above = np.int32(clear[min(column // 2, half_columns - 1)]) - CHANCE
+            limit = 255 if of_prior[column] == VOTED else min(max(3 * above, 0), 255)
+            limits[column] = np.uint8(limit)
         for column in range(columns):
             possible = np.float32(256) - np.float32(sums[row, column])
             consistent = np.float32(validity[row, column] == CONSISTENT)
