@@ -63,12 +63,13 @@ def run(arguments, stream):
     target = arguments.to or (POINTS if _is_points(arguments.output) else arguments.source)
     cameras = CameraOptions.of(arguments)
     _check_output(arguments, target, cameras)
-    values = READ[arguments.source](arguments.input, arguments.scale)
+    values, remarks = READ[arguments.source](arguments.input, arguments.scale), ()
     if target != arguments.source:
         needed = 'focal', 'baseline'
         if (arguments.source, target) == (DEPTH, POINTS):
             needed = needed[:1]
         calibration = cameras.read(values.shape, needed, f'{target} from {arguments.source}')
+        remarks = calibration.remarks
         if arguments.source == DISPARITY:
             values = calibration.depth(values)
         elif target == DISPARITY:
@@ -82,7 +83,7 @@ def run(arguments, stream):
     else:
         {DISPARITY: write_disparity, DEPTH: write_depth}[target](arguments.output, values)
         values = READ[target](arguments.output)     # a format may be less precise
-    figures = _figures(arguments, target, values)
+    figures = {**_figures(arguments, target, values), 'remarks': remarks}
     stream.write((json.dumps(figures, indent=2) if arguments.json else _sentence(figures)) + '\n')
 
 
@@ -135,5 +136,7 @@ def _sentence(figures):
     between = '' if figures['low'] is None else (
         f", from {figures['low']:.6g} to {figures['high']:.6g} {figures['unit']}"
         + (' away' if figures['to'] == POINTS else ''))
-    return (f"{figures['output']}: {number_of(figures['valid'], *what)} of {figures['columns']}x"
-            f"{figures['rows']} pixels{between}")
+    return '\n'.join((
+        f"{figures['output']}: {number_of(figures['valid'], *what)} of {figures['columns']}x"
+        f"{figures['rows']} pixels{between}",
+        *(f'remark: {remark}' for remark in figures['remarks'])))

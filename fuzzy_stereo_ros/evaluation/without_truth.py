@@ -35,7 +35,8 @@ class Own:
     What was measured of pairs without truth.
 
     rows: of the table, by HEADINGS. misalignment: of the rows of the pairs, None = unknown.
-    hints: sentences on what is suspicious. pictures: [(title, [(what, data URI)])], for the page.
+    hints: sentences on what is suspicious, also of the calibration. pictures: [(title, [(what,
+    data URI)])], for the page.
     """
 
     rows: list = field(default_factory=list)
@@ -57,7 +58,8 @@ def measure_without_truth(pairs, matchers, disparities, repeats=1):
     repeats: as for `measuring.measure`. Raises ValueError for a pair that cannot be matched.
     """
     first = next(pairs())
-    task, found, maps = Task(MIDDLEBURY, disparities, first.left.shape[:2], repeats), Own(), {}
+    task, maps = Task(MIDDLEBURY, disparities, first.left.shape[:2], repeats), {}
+    found = Own(hints=list(first.calibration.remarks))
     for matcher in matchers:
         for start in matcher.starts:
             figures, last = _figures(pairs(), matcher, start, task)

@@ -83,7 +83,7 @@ class PlausibilityCheck:
         range in px of the images before they were reduced.
         """
         self._confirmed, self._scale = confirmed, scale
-        self._credit, self._known_for = 0.0, None
+        self._credit, self._known_for, self.finding = 0.0, None, None
         self.reset()
 
     def reset(self):
@@ -93,6 +93,7 @@ class PlausibilityCheck:
 
     def interrupt(self):
         """End the finding and all suspicions, as when a pair is missing or cannot be matched."""
+        self._credit *= not self.finding    # else the next suspicious pair is examined
         self.finding, self._at_sight = None, False
         self._suspicions = deque(maxlen=self._confirmed)
         self._compared, self._still = None, [0, 0]

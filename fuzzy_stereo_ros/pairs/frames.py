@@ -123,6 +123,7 @@ class Frames:
     def _of_video(self, number):
         """Yield (stamp, uint8 (R, C, 3) BGR) to the end of a video, whatever length it says."""
         video, place = cv2.VideoCapture(str(self.paths[number])), 0
+        video.set(cv2.CAP_PROP_ORIENTATION_AUTO, 0)     # as of images
         while (found := video.read())[0]:
             yield stamp_at(place, self._rates[number]), found[1]
             place += 1

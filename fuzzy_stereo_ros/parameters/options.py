@@ -7,6 +7,7 @@ from functools import cache
 import math
 
 from fuzzy_stereo_ros.matching import MatcherConfig, PROFILES
+from fuzzy_stereo_ros.pairs.calibration import read_calibration
 from fuzzy_stereo_ros.pairs.camera_files import centred_calibration, rectified_cameras
 from fuzzy_stereo_ros.pairs.camera_formats import (
     FORMATS, is_of_one_camera, read_calibration_files, read_cameras, UNITS, UNKNOWN)
@@ -204,9 +205,12 @@ class CameraOptions:
                              '--calibration with a calibration file')
         calibration = centred_calibration(self.focal, self.baseline or math.nan,
                                           self.offset or 0.0, *shape)
-        if self.principal_point is None:
-            return calibration
-        return replace(calibration, left=Projection(self.focal, self.focal, *self.principal_point))
+        if self.principal_point is not None:
+            calibration = replace(calibration, left=Projection(
+                self.focal, self.focal, *self.principal_point))
+        return calibration if self.baseline is None else replace(
+            calibration, remarks=read_calibration(
+                *rectified_cameras(calibration, *shape).values()).remarks)
 
     def cameras(self, shape, purpose, raw=False, images=()):
         """

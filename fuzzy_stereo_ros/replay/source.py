@@ -10,6 +10,7 @@ from contextlib import suppress
 from dataclasses import replace
 from itertools import islice, pairwise
 import math
+import os
 from pathlib import Path
 from statistics import median
 from typing import NamedTuple
@@ -27,7 +28,7 @@ from fuzzy_stereo_ros.parameters.table import sync_tolerance
 
 RATED_IMAGES = 31       # images whose stamps give the rate
 TOPICS = {f'/{side}/image_rect': side for side in SIDES}       # of folders and videos
-# In the folder of a recording; the last is of KITTI's drives of a day.
+# In the folder that holds a recording; the last is of KITTI's drives of a day.
 CALIBRATIONS = (('calib.txt',), ('left.yaml', 'right.yaml'), ('calib_cam_to_cam.txt',),
                 ('../calib_cam_to_cam.txt',))
 
@@ -253,9 +254,10 @@ class FrameReader(Frames):
 
 
 def calibration_beside(paths):
-    """Return the calibration files in the folder of a recording, None where it has none."""
-    for names in CALIBRATIONS if len(paths) == 1 else ():
-        files = [Path(paths[0]) / name for name in names]
+    """Return the calibration files in the folder that holds a recording, None without."""
+    folder = paths[0] if len(paths) == 1 else os.path.commonpath(map(os.path.abspath, paths))
+    for names in CALIBRATIONS:
+        files = [Path(folder, name) for name in names]
         if all(file.is_file() for file in files):
             return tuple(map(str, files))
     return None

@@ -139,6 +139,18 @@ def test_the_cameras_may_stand_in_files():
     assert np.allclose(np.load('b.npy'), FOCAL * BASELINE / disparity, equal_nan=True)
 
 
+def test_what_is_probably_wrong_in_the_cameras_is_remarked_on(capsys):
+    write_disparity('a.npy', np.ones((10, 40), np.float32))
+    write_middlebury_calibration('calib.txt', centred_calibration(
+        FOCAL, BASELINE, OFFSET, 10, 40), (10, 40), 0, 20)
+    for words in (['--focal', FOCAL, '--baseline', 120], ['--calibration', 'calib.txt', '--unit',
+                                                          'm']):
+        done('a.npy', 'b.npy', '--to', 'depth', *words)
+        assert 'remark: the baseline is ' in capsys.readouterr().out
+    done('a.npy', 'b.npy', '--to', 'depth', '--calibration', 'calib.txt', '--json')
+    assert json.loads(capsys.readouterr().out)['remarks'] == []
+
+
 def test_a_depth_that_is_not_above_zero_is_invalid():
     np.save('a.npy', np.array([[0, -0.0, -1, -INF, NAN, INF, 2]]))
     done('a.npy', 'b.npy', '--from', 'depth')
@@ -152,7 +164,7 @@ def test_the_figures_are_of_what_stands_in_the_file(capsys):
     assert converted('a.npy', 'b.png', '--from', 'depth', '--json') == 0
     assert json.loads(capsys.readouterr().out) == {
         'output': 'b.png', 'from': 'depth', 'to': 'depth', 'rows': 1, 'columns': 4, 'valid': 2,
-        'low': 2.0, 'high': 4.0, 'unit': 'm'}
+        'low': 2.0, 'high': 4.0, 'unit': 'm', 'remarks': []}
     done('b.png', 'c.ply', '--from', 'depth', '--focal', 1)
     assert capsys.readouterr().out == 'c.ply: 2 points of 4x1 pixels, from 2 to 4 m away\n'
     write_disparity('none.npy', np.full((2, 3), NAN))

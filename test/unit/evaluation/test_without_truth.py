@@ -55,10 +55,11 @@ def test_maps_agree_where_both_images_show_the_scene_and_not_where_they_show_two
 
 def test_a_single_pair_has_no_flicker_and_the_page_has_its_pictures(folder, capsys):
     found = records(capsys, 'left', 'right', '--frames', '1', '--matcher', 'ours', '--html',
-                    'page.html', '--disparities', '24')
+                    'page.html', '--disparities', '24', '--focal', '100', '--baseline', '120')
     assert [*found] == [('ours', 'cold')] and found['ours', 'cold']['flicker [%]'] is None
     page = (folder / 'page.html').read_text()
     for words in ('left image', 'disparity by ours', 'confidence by ours', '24 disparities given',
+                  'the baseline is 120 m; if that is meant to be cm or mm',
                   'None of these tells whether a disparity is right'):
         assert words in page
     assert page.count('data:image/webp') == 3

@@ -89,3 +89,17 @@ def test_a_video_that_does_not_know_its_length_is_read_to_its_end(tmp_path, coun
         assert (frames.counts, frames.end) == ({'left': count, 'right': count}, stamps[-1])
         assert [round(frame.read().mean() / 5) for _, frame, _ in frames.pairs()] == [
             *range(count)]
+
+
+def test_a_video_is_read_as_it_is_stored_whatever_its_orientation(tmp_path):
+    """As images are: turned, the rows of a pair would be its columns."""
+    video = cv2.VideoWriter(str(tmp_path / 'left.mp4'), cv2.VideoWriter.fourcc(*'mp4v'), 30.,
+                            (64, 32))
+    video.write(np.zeros((32, 64, 3), np.uint8))
+    video.release()
+    content = (tmp_path / 'left.mp4').read_bytes()
+    place = content.index(b'tkhd') + 44         # of the matrix
+    turned = np.array([0, 1 << 16, 0, -1 << 16, 0, 0, 32 << 16, 0, 1 << 30], '>i4').tobytes()
+    (tmp_path / 'right.mp4').write_bytes(content[:place] + turned + content[place + 36:])
+    (_, left, right), = Frames([tmp_path / 'left.mp4', tmp_path / 'right.mp4']).pairs()
+    assert left.read().shape == right.read().shape == (32, 64, 3)

@@ -117,6 +117,9 @@ def test_a_calibration_reaches_the_matcher(folder, capsys):
     (['00'], '00/image_2', '00/image_3', '00/calib.txt', 0.4),
     (['day/drive'], 'day/drive/image_02/data', 'day/drive/image_03/data',
      'day/calib_cam_to_cam.txt', 0.4),
+    (['00/image_2', '00/image_3/*.png'], '00/image_2', '00/image_3', '00/calib.txt', 0.4),
+    (['day/drive/image_02/data', './day/drive/image_03/data'], 'day/drive/image_02/data',
+     'day/drive/image_03/data', 'day/calib_cam_to_cam.txt', 0.4),
     (['training'], 'training/colored_0', 'training/colored_1', 'training/calib_cam_to_cam.txt',
      0.4)])
 def test_folders_of_kitti_get_their_own_cameras(
