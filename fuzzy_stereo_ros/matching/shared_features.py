@@ -9,6 +9,7 @@ import numpy as np
 # The images are reduced to about so many columns.
 REDUCED_COLUMNS, FEATURES, PATCH = 560, 500, 31
 UNIQUE, LIKE = 0.85, 60         # share of the second best distance, and bits of 256
+CONTRAST, MOST_GAIN = 30.0, 4.0     # grey levels that a dull image gets, and largest factor
 
 
 class Features(NamedTuple):
@@ -54,6 +55,10 @@ def features_in_common(left, right):
 
 
 def _reduced(image, pixel):
+    """Return an image of larger pixels, a dull one with more contrast: uint8."""
     rows, columns = (side // pixel for side in image.shape)
-    return image if pixel == 1 else cv2.resize(
+    image = image if pixel == 1 else cv2.resize(
         image[:rows * pixel, :columns * pixel], (columns, rows), interpolation=cv2.INTER_AREA)
+    mean, spread = (one.item() for one in cv2.meanStdDev(image))
+    gain = float(np.clip(CONTRAST / max(spread, 1e-6), 1, MOST_GAIN))
+    return cv2.addWeighted(image, gain, image, 0, (1 - gain) * mean)

@@ -50,7 +50,7 @@ def deep(image, hot, random):
 
 
 @pytest.mark.parametrize('seed', range(12))
-def test_swapped_images_are_told_whatever_the_scene_the_range_and_a_hot_pixel(seed):
+def test_swapped_images_are_told_whatever_the_scene_the_light_the_range_and_a_hot_pixel(seed):
     """Where infinity is known, even if the range includes all and matches."""
     random = np.random.default_rng(seed)
     rows, columns, disparities = random.integers((120, 160, 24), (400, 560, 72))
@@ -58,7 +58,9 @@ def test_swapped_images_are_told_whatever_the_scene_the_range_and_a_hot_pixel(se
     infinity = random.choice([None, 0.0])
     first = -int(random.integers(0, disparities // (1 if infinity == 0 else 3)))
     config = replace(CONFIG, min_disparity=first, disparities=int(disparities) - first)
-    pair, hot = made[:2], int(random.integers(0, 3))
+    dull, hot = random.choice([1.0, 0.15]), int(random.integers(0, 3))
+    pair = [np.rint(118 + dull * (image - 128.0)).astype(np.uint8) for image in made[:2]] if (
+        dull < 1) else made[:2]
     if hot:
         pair = [deep(image, hot, random) for image in pair]
     assert finding(*pair, config, infinity) is None
