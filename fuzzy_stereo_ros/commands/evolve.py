@@ -101,8 +101,8 @@ def run(arguments, stream, progress_stream=None):
 
 def _run_frames(arguments, config, outputs, stream, progress_stream):
     """Match the frames of two folders and print how they evolve."""
-    if config.search == 'propagation':
-        raise ValueError('fast hands on no genes: nothing evolves from frame to frame; give '
+    if config.algorithm == 'realtime' and not config.planes:
+        raise ValueError('without planes, as in fast, nothing is shown from frame to frame; give '
                          'another profile, or two images')
     source = Frames([arguments.left, arguments.right])
     pairs = [(left, right) for _, left, right in source.pairs()]

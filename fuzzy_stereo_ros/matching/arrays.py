@@ -57,25 +57,3 @@ def zeros(shape, dtype=float):
     if not SMALL <= size < OWN:
         return np.zeros(shape, dtype)
     return _block.cut(size).view(dtype).reshape(shape)
-
-
-class Lent:
-    """
-    Memory of one stage that is lent to others, which overwrite it before or after that stage.
-
-    Called as `zeros`; returns arrays of any content beside each other, and new ones where there
-    is no more memory.
-    """
-
-    def __init__(self, memory):
-        """memory: uint8 (N,)."""
-        self._memory, self._used = memory, -memory.ctypes.data % LINE
-
-    def __call__(self, shape, dtype=float):
-        """Return an array, aligned to a cache line."""
-        dtype = np.dtype(dtype)
-        start, size = self._used, _size_of(shape, dtype)
-        if start + size > self._memory.size:
-            return zeros(shape, dtype)
-        self._used = _after(start, size)
-        return self._memory[start:start + size].view(dtype).reshape(shape)

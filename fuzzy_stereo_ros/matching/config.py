@@ -60,7 +60,7 @@ class MatcherConfig:
         0.0, 0.0, 3600000.0, 'ms',
         'time in which the planes of the previous frame evolve further; 0 is one generation '
         'on a fixed share of the picture, and only then are results the same on every run '
-        '(realtime by scanlines)')
+        '(realtime with planes)')
     still_interval: int = _number(
         4, 1, 1000, 'frames',
         'after 32 static frames match every n-th frame only, the others reuse the result; 1 '
@@ -83,10 +83,9 @@ class MatcherConfig:
     algorithm: str = _choice(
         'realtime', ('realtime', 'quality', 'paper'),
         'genetic algorithm, by the name of its profile')
-    search: str = _choice(
-        'scanlines', ('scanlines', 'propagation'),
-        'how the best chromosome is found at full size: by scanline passes, or by genes of the '
-        'half-size one around each pixel, quicker and less exact (realtime)')
+    planes: bool = _switch(
+        True, 'give planes to regions of weak texture, which also evolve from frame to frame, and '
+        'take the median of similar pixels; without it is quicker and less exact (realtime)')
     mutation_rate: float = _number(
         0.4, 0.0, 1.0, '',
         'share of the children that mutate (paper); in its literal reading the share of the '
@@ -160,7 +159,7 @@ class MatcherConfig:
 PROFILES = {
     'realtime': {},
     'fast': {
-        'search': 'propagation',
+        'planes': False,
     },
     'quality': {
         'generations': 4,

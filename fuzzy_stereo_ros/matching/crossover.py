@@ -28,19 +28,18 @@ class Exchange:
     taken: bool (n,), which cells a crossover has chosen
     """
 
-    def __init__(self, rows, columns, neighbours, allocate=zeros):
+    def __init__(self, rows, columns, neighbours):
         """
         Allocate for chromosomes of a size.
 
-        neighbours: 4 or 8, of a cell in the sums of costs; allocate: as `zeros`, memory that
-        others overwrite between two crossovers
+        neighbours: 4 or 8, of a cell in the sums of costs
         """
         self.shape, self.neighbours = (rows, columns), neighbours
         size = rows * columns
         # one more: kernels write each cell, and keep it only where the parents differ
-        self.all_cells = allocate(size + 1, np.int32)
-        self._alone, self._taken = allocate(size, np.int32), allocate(size, np.bool_)
-        self._pairs = allocate((size, neighbours // 2), np.int32)
+        self.all_cells = zeros(size + 1, np.int32)
+        self._alone, self._taken = zeros(size, np.int32), zeros(size, np.bool_)
+        self._pairs = zeros((size, neighbours // 2), np.int32)
         self.set_size(0)
 
     def set_size(self, number):

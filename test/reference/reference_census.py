@@ -157,18 +157,17 @@ def match_costs(features, target, labels, model):
     return np.stack(volume, axis=2)
 
 
-def prior_costs(prior_labels, weights, rules, labels):
+def prior_costs(prior_labels, weights, labels):
     """
     Return what a prior map adds to the costs: int64 (R, C, labels).
 
-    rules: (dead zone, cut) of the weights 1, 2, ...
+    weights: 16 times the dead zone, and the cut. Labels are compared modulo 256.
     """
     volume = np.zeros((*weights.shape, labels), np.int64)
     for row, column, label in np.ndindex(volume.shape):
-        if weights[row, column]:
-            dead_zone, cut = rules[weights[row, column] - 1]
-            away = abs(label - int(prior_labels[row, column]))
-            volume[row, column, label] = min(max(away - dead_zone, 0), cut)
+        dead_zone, cut = divmod(int(weights[row, column]), 16)
+        away = (label - int(prior_labels[row, column])) % 256
+        volume[row, column, label] = min(max(min(away, 256 - away) - dead_zone, 0), cut)
     return volume
 
 
@@ -208,10 +207,10 @@ def summed_passes(costs, closed, across, down, small, strip, overlap):
     """
     Return the sum of the passes right, left, down and up: int64 (R, C, D), at most 255.
 
-    closed: bool (R, C, D), labels outside of a pixel's window. The upward pass of each `strip`
-    rows starts `overlap` rows below them.
+    closed: bool (R, C, D), labels that a pixel does not have, or None. The upward pass of each
+    `strip` rows starts `overlap` rows below them.
     """
-    rows = len(across)
+    rows, closed = len(across), np.zeros(costs.shape, bool) if closed is None else closed
     costs = np.where(closed, 255, costs)
     sums = pass_along(costs, across, small, closed)
     after = np.pad(across, ((0, 0), (0, 1)))[:, 1:]
@@ -229,15 +228,6 @@ def summed_passes(costs, closed, across, down, small, strip, overlap):
     return np.minimum(sums, 255)
 
 
-def outside_windows(shape, low, high, tile):
-    """Return the labels outside of low .. high - 1 of each pixel's tile: bool (R, C, D)."""
-    closed = np.ones(shape, bool)
-    for row, column in np.ndindex(shape[:2]):
-        at = row // tile, column // tile
-        closed[row, column, low[at]:high[at]] = False
-    return closed
-
-
 # ---- choice ----
 
 
@@ -250,43 +240,44 @@ def equiangular(below, here, above):
     return int(math.copysign(math.floor(abs(offset) + Fraction(1, 2)), offset))
 
 
-def winner(sums):
-    """Return the first of the least sums of one pixel, that sum, and the least sum elsewhere."""
-    best = int(np.argmin(sums))
-    elsewhere = [int(total) for label, total in enumerate(sums) if abs(label - best) > 1]
-    return best, int(sums[best]), min(elsewhere, default=255)
-
-
-def chosen(sums, low, high, tile):
+def winner(sums, labels):
     """
-    Return what is chosen of the sums: labels, offsets, sums and margins, (R, C) each.
+    Return the first best of labels by their sums, its offset, its sum, and its margin.
 
-    low, high, tile: the labels low .. high - 1 are looked at in a tile.
+    The margin is by how much the best label elsewhere is dearer; offsets need both neighbours.
     """
-    maps = [np.zeros(sums.shape[:2], np.int64) for _ in range(4)]
+    place = int(np.argmin(sums))
+    label, least, known = labels[place], int(sums[place]), dict(zip(labels, map(int, sums)))
+    elsewhere = min((total for other, total in known.items() if abs(other - label) > 1),
+                    default=255)
+    offset = 0
+    if {label - 1, label + 1} <= set(labels):
+        offset = equiangular(known[label - 1], least, known[label + 1])
+    return label, offset, least, elsewhere - least
+
+
+def chosen(sums):
+    """Return what is chosen of the sums (R, C, D): labels, offsets, sums, margins, (R, C) each."""
+    maps, labels = [np.zeros(sums.shape[:2], np.int64) for _ in range(4)], range(sums.shape[2])
     for row, column in np.ndindex(sums.shape[:2]):
-        first = low[row // tile, column // tile]
-        inside = sums[row, column, first:high[row // tile, column // tile]]
-        best, least, elsewhere = winner(inside)
-        offset = equiangular(int(inside[best - 1]), least, int(inside[best + 1])) \
-            if 0 < best < len(inside) - 1 else 0
-        for values, value in zip(maps, (first + best, offset, least, elsewhere - least)):
+        for values, value in zip(maps, winner(sums[row, column], labels)):
             values[row, column] = value
     return maps
 
 
-def chosen_by_target(labels, sums, extra=0):
+def chosen_by_target(labels, sums, extra=0, hides=8):
     """
     Return the target's labels modulo 256, 0 where no pixel points: int64 (R, extra + C).
 
     labels, sums: (R, C), what each pixel chose; extra: target columns before column 0. Of the
-    pixels that point at the same place the one of the least sum wins, of equals that of the
-    largest label modulo 256.
+    pixels that point at the same place, from the farthest to the nearest, each takes the place of
+    the one before unless it costs more than `hides` more.
     """
     target = np.zeros((len(labels), extra + labels.shape[1]), np.int64)
-    for row, pointed in np.ndindex(target.shape):
-        pointing = [(int(sums[row, column]), -(int(labels[row, column]) % 256))
-                    for column in range(labels.shape[1])
-                    if extra + column - int(labels[row, column]) == pointed]
-        target[row, pointed] = -min(pointing, default=(0, 0))[1]
+    for row in range(len(labels)):
+        known = {}
+        for column, (label, cost) in enumerate(zip(labels[row].tolist(), sums[row].tolist())):
+            pointed = extra + column - label
+            if pointed >= 0 and cost <= known.get(pointed, 999) + hides:
+                known[pointed], target[row, pointed] = cost, label % 256
     return target

@@ -6,7 +6,7 @@ import math
 import numpy as np
 from reference import mirrored_around
 
-CONSISTENT, OUTSIDE, INVALID, VOTED = 0, 1, 2, 2
+CONSISTENT, OUTSIDE, INVALID, VOTED = 0, 1, 2, 6
 
 # ---- validities ----
 

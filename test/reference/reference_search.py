@@ -7,17 +7,6 @@ from reference_refinement import INVALID
 # ---- what the half map says ----
 
 
-def labels_around_tile(half, tile, at, grow):
-    """Return the doubled labels of the half map whose pixels a grown tile covers."""
-    top, left = at[0] * tile, at[1] * tile
-    found = []
-    for row, column in np.ndindex(half.shape):
-        if (top - grow <= 2 * row and 2 * row + 1 < top + tile + grow
-                and left - grow <= 2 * column and 2 * column + 1 < left + tile + grow):
-            found += [2 * int(half[row, column]), 2 * int(half[row, column]) + 1]
-    return found
-
-
 def weak_texture(grey, limit):
     """Return where the steps between 3 x 2 pairs of pixels along the row sum to < limit."""
     rows, columns = grey.shape[0] // 2, grey.shape[1] // 2

@@ -68,7 +68,7 @@ def trusted_moved(moved, source, validity, distances, half, half_distances, rule
     return found
 
 
-def moved_prior(moved, strengths, highest, above, known, weights):
+def moved_prior(moved, strengths, highest, by_strength, known, weights):
     """Return labels and weights at full size."""
     def spread(cells):
         full = np.repeat(np.repeat(cells, 2, axis=0), 2, axis=1)
@@ -77,7 +77,7 @@ def moved_prior(moved, strengths, highest, above, known, weights):
 
     moves = (weights == 0) & (spread(strengths) > 0)
     labels = np.where(moves, np.minimum(np.floor(spread(moved) + 0.5), highest), known)
-    return labels, np.where(moves, above + spread(strengths), weights)
+    return labels, np.where(moves, by_strength[spread(strengths)], weights)
 
 
 def note_survivors(fine, steps, moved, strengths, source, survived):

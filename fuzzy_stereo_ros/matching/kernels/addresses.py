@@ -50,8 +50,8 @@ def _writing(kind):
 # (address, index) -> the number there; (address, index, number) writes it
 load_byte, load_short, load_word, load_long = (_reading(kind) for kind in (
     types.uint8, types.uint16, types.int32, types.int64))
-store_byte, store_short, store_word = (_writing(kind) for kind in (
-    types.uint8, types.uint16, types.uint32))
+store_byte, store_short, store_word, store_long = (_writing(kind) for kind in (
+    types.uint8, types.uint16, types.uint32, types.int64))
 
 
 @intrinsic

@@ -6,4 +6,4 @@ STEPS = 16      # sub-pixel steps in a pixel
 # Validity of a match: the other view agrees; the match lies outside the other image and cannot be
 # compared; the other view disagrees, or the match belongs to a speckle.
 CONSISTENT, OUTSIDE, INVALID = 0, 1, 2
-VOTED = 2       # weight of a prior whose evidence is that of a whole region; 1: of its pixels
+VOTED = 6       # weight of a prior whose evidence is that of a whole region, see weight_of

@@ -22,18 +22,14 @@ SAMPLE_STEP = 16     # row step where a sample is enough
 class CensusFitness:
     """Measures and crosses chromosomes of one image size; a cell costs at most `largest_cost`."""
 
-    def __init__(self, possibility, validity, target, allocate=zeros):
-        """
-        Read from a `CensusPossibility`, the validity of pixels and the target's labels.
-
-        allocate: of the `Exchange`
-        """
+    def __init__(self, possibility, validity, target):
+        """Read from a `CensusPossibility`, the validity of pixels and the target's labels."""
         rows, columns = validity.shape
         self._possibility = possibility     # keeps the memory of its addresses alive
         self._scene = gene_cost.Scene(
             validity, target, possibility.target_range, HIDDEN, CONTRADICTED)
         self._costs = zeros((rows, columns), np.uint8)
-        self._exchange = Exchange(rows, columns, neighbours=4, allocate=allocate)
+        self._exchange = Exchange(rows, columns, neighbours=4)
 
     @property
     def largest_cost(self):

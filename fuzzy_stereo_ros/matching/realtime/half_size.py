@@ -13,20 +13,19 @@ from typing import NamedTuple
 import cv2
 from fuzzy_stereo_ros.matching.arrays import zeros
 from fuzzy_stereo_ros.matching.bands import all_before, beside, filter_band, widened
-from fuzzy_stereo_ros.matching.kernels.possibility.costs import Prior
+from fuzzy_stereo_ros.matching.kernels.possibility.costs import Prior, weight_of
 from fuzzy_stereo_ros.matching.kernels.refinement import filling
 from fuzzy_stereo_ros.matching.kernels.refinement.consistency import check_consistency
 from fuzzy_stereo_ros.matching.kernels.scanlines import disparity_ranges
 from fuzzy_stereo_ros.matching.kernels.scanlines.volume import SearchResult
 from fuzzy_stereo_ros.matching.realtime.refinement import Speckles
-from fuzzy_stereo_ros.matching.realtime.scanlines import gene_type, prior_of, Scanlines
+from fuzzy_stereo_ros.matching.realtime.scanlines import gene_type, Scanlines
 import numpy as np
 
-TILE = 64               # side of the tiles that are searched at a time, at either size
+TILE = 64               # side of the tiles that are searched at a time
 MEDIAN = 5              # side of the square of the median of the filled labels
 SPECKLE = 20            # half-size pixels; smaller components of the half map are rejected
-DEAD_ZONE, CUT = 1, 2   # px from the prior that cost nothing; largest cost, reached at 3 px
-VOTED_CUT = 6           # largest cost of the prior of voted planes, reached at 6 px
+WEAK = weight_of(1, 2)  # of the prior where texture is weak: the largest cost is reached at 3 px
 WEAK_TEXTURE = 72       # sum of 18 grey steps below which texture is weak: 4 on average
 NOISY_STEPS = 28        # by how much noise of a grey level raises that; its steps sum to 20
 CLEAR = 4               # least margin, in summed cost, of a label of the prior
@@ -58,16 +57,15 @@ class HalfSize:
     weak: uint8 (R / 2, C / 2), where texture is weak, after a search
     """
 
-    def __init__(self, possibility, rows, columns, disparities, allocate=zeros):
+    def __init__(self, possibility, rows, columns, disparities):
         """
         Allocate for full images of a size and a number of disparities.
 
-        possibility: the `CensusPossibility` of half-size images; allocate: as `zeros`, memory
-        that others overwrite between two searches
+        possibility: the `CensusPossibility` of half-size images
         """
         self._half_disparities = possibility.disparities
         self._target_range = possibility.target_range
-        self._scanlines = Scanlines(possibility, TILE, allocate)
+        self._scanlines = Scanlines(possibility, TILE)
         shape = possibility.rows, possibility.columns
         labels_type = self._scanlines.chosen.labels.dtype
         self._validity, self.weak, self._smooth = (zeros(shape, np.uint8) for _ in range(3))
@@ -76,9 +74,8 @@ class HalfSize:
         self._certainty[:] = SURE
         self._speckles = Speckles(*shape)
         self._steps = zeros(shape, np.uint16)
-        self._prior = prior_of(zeros((rows, columns), gene_type(disparities)),
-                               zeros((rows, columns), np.uint8), disparities,
-                               (DEAD_ZONE, CUT), (0, VOTED_CUT))
+        self._prior = Prior(zeros((rows, columns), gene_type(disparities)),
+                            zeros((rows, columns), np.uint8))
 
     def search(self, pool, described=all_before):
         """
@@ -117,7 +114,7 @@ class HalfSize:
             disparity_ranges.flat(self._labels, FLAT, self._smooth, first, last)
             disparity_ranges.half_prior(
                 self._labels, (chosen.labels, chosen.offsets, chosen.margins, self._validity),
-                self.weak, self._smooth, CLEAR, (prior.labels, prior.weights), first, last)
+                self.weak, self._smooth, CLEAR, WEAK, tuple(prior), first, last)
         bands = pool.parts(rows)
         pool.each(finish, bands, searched)
         pool.each(lambda step: self._speckles.join(chosen.labels, step, bands), [1])

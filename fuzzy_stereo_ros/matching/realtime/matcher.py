@@ -3,17 +3,17 @@
 """
 The profile `realtime`: `RealtimeMatcher.match` is one frame, a line a stage.
 
-The half-size chromosome limits the search; the scanline chromosome is the best that the data of
-this pair give; its inconsistent cells are filled from the background. Mutation proposes planes to
-regions of weak texture, and crossover takes what is fitter. The chromosome of planes that is
-inherited from the previous frame evolves further and is written into the first.
+A frame is a generation: its map is selected among the genes of its parents, the half-size
+chromosome of this pair and the previous best; inconsistent cells are filled from the background.
+Mutation proposes planes to regions of weak texture, and crossover takes what is fitter. The
+chromosome of planes that is inherited from the previous frame evolves further and is written into
+the first.
 """
 from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 from typing import NamedTuple
 
-from fuzzy_stereo_ros.matching.arrays import Lent
 from fuzzy_stereo_ros.matching.bands import Chain, ThreadPool
 from fuzzy_stereo_ros.matching.crossover import Regions
 from fuzzy_stereo_ros.matching.evidence import Evidence
@@ -22,13 +22,12 @@ from fuzzy_stereo_ros.matching.match import Match
 from fuzzy_stereo_ros.matching.over_frames.pictures import NoiseEstimate
 from fuzzy_stereo_ros.matching.realtime.fitness import CensusFitness
 from fuzzy_stereo_ros.matching.realtime.frames import FrameEvolution, NothingInherited
-from fuzzy_stereo_ros.matching.realtime.half_size import HalfSize, TILE
+from fuzzy_stereo_ros.matching.realtime.generation import Generation
+from fuzzy_stereo_ros.matching.realtime.half_size import HalfSize
 from fuzzy_stereo_ros.matching.realtime.operators import NotMutated, Population, WeakRegions
 from fuzzy_stereo_ros.matching.realtime.plain_regions import PlainRegions
 from fuzzy_stereo_ros.matching.realtime.possibility import CensusPicture
-from fuzzy_stereo_ros.matching.realtime.propagation import Propagation
 from fuzzy_stereo_ros.matching.realtime.refinement import Refinement
-from fuzzy_stereo_ros.matching.realtime.scanlines import Scanlines
 from fuzzy_stereo_ros.matching.realtime.views import Views
 from fuzzy_stereo_ros.matching.realtime.warm_start import RealtimeState, WarmStart
 
@@ -41,11 +40,12 @@ class Stages(NamedTuple):
     """
     The stages that can be exchanged, as the ablation does (bench/variants.py).
 
-    search: called with the `CensusPossibility` of full images and TILE, returns what searches
-    the chromosome at full size, see Scanlines
+    generation: called with the `CensusPossibility` of full images, returns what selects the
+    chromosome at full size, see Generation
     noise: called with rows and columns, returns a noise estimate, see NoiseEstimate
     describe: called with a `CensusPicture` and a range of rows, writes the features of its pixels
-    previous_best: called as `WarmStart.prior_of_previous`, returns the prior of the previous best
+    previous_best: called as `WarmStart.previous_best`, returns the previous best as a parent, and
+    as a prior
     crossover: called with rows and columns, returns a crossover, see matching/crossover.py
     vote: called with the `Views` and the smallest disparity, returns the mutation of plain regions
     by the evidence of all of their pixels, see PlainRegions
@@ -55,21 +55,19 @@ class Stages(NamedTuple):
     that frames inherit, see FrameEvolution
     """
 
-    search: Callable = Scanlines
+    generation: Callable = Generation
     noise: Callable = NoiseEstimate
     describe: Callable = CensusPicture.describe
-    previous_best: Callable = WarmStart.prior_of_previous
+    previous_best: Callable = WarmStart.previous_best
     crossover: Callable = partial(Regions, advantage=ADVANTAGE)
     vote: Callable = PlainRegions
     mutation: Callable = WeakRegions
     frames: Callable = FrameEvolution
 
 
-# by MatcherConfig.search
-STAGES = {
-    'scanlines': Stages(),
-    'propagation': Stages(search=Propagation, previous_best=WarmStart.no_prior,
-                          vote=NotMutated, mutation=NotMutated, frames=NothingInherited)}
+# by MatcherConfig.planes
+STAGES = {True: Stages(),
+          False: Stages(vote=NotMutated, mutation=NotMutated, frames=NothingInherited)}
 
 
 class RealtimeMatcher:
@@ -84,24 +82,22 @@ class RealtimeMatcher:
 
     def __init__(self, config, rows, columns, stages=None):
         """Allocate all that pairs of one size need."""
-        self._config, self._stages = config, stages or STAGES[config.search]
+        self._config, self._stages = config, stages or STAGES[config.planes]
         self.pool = ThreadPool(config.threads)
         self._views = Views(config, rows, columns, self._stages.noise)
         full = self._views.full
         self._plain_regions = self._stages.vote(self._views, config.min_disparity)
-        self._search = self._stages.search(full, TILE)
-        memory = self._search.memory    # for the half-size search before, and for what comes after
-        self._half_size = HalfSize(
-            self._views.half, rows, columns, config.disparities, Lent(memory))
+        self._generation = self._stages.generation(full)
+        self._half_size = HalfSize(self._views.half, rows, columns, config.disparities)
         self._warm_start = WarmStart(rows, columns, config.disparities, config.min_disparity)
-        labels_type = self._search.chosen.labels.dtype
+        labels_type = self._generation.chosen.labels.dtype
         self._refinement = Refinement(
-            full, labels_type, self._search.by_membership, Lent(memory))
+            full, labels_type, config.planes)
         self._evidence = Evidence(
             self._views.half.left, self._views.half.right, self._views.noises)
         self._fitness = CensusFitness(
-            full, self._refinement.validity, self._search.chosen.target, Lent(memory))
-        self.population = Population(self._fitness, self._search.chosen.labels)
+            full, self._refinement.validity, self._generation.chosen.target)
+        self.population = Population(self._fitness, self._generation.chosen.labels)
         self._weak_regions = self._stages.mutation(full, labels_type)
         self._crossover = self._stages.crossover(rows, columns)
         self.frames = self._stages.frames(full)
@@ -122,7 +118,7 @@ class RealtimeMatcher:
             return Match(state.own.still_disparity.copy(), state.own.still_confidence.copy(), [],
                          watch.times, True, warm.motion, reused=True), state
         half = self._search_half_size(watch)
-        chosen, previous_prior = self._search_full_size(half, previous, watch)
+        chosen, warm_start = self._select_at_full_size(half, previous, watch)
         budget = budget.reserving(self._durations[REFINING])
         operators = self._weak_regions.operators(self.pool, self._crossover)
         history = evolve(self.population, operators, random, budget, observe, self._durations)
@@ -140,7 +136,7 @@ class RealtimeMatcher:
         before = sum(watch.times.values())
         disparity, confidence = self._refine(chosen, best, half, watch)
         match = Match(disparity, confidence, history, watch.times,
-                      previous_prior is not None or inherited, warm.motion)
+                      warm_start or inherited, warm.motion)
         if config.warm_start:
             state = warm.next_state(
                 self.pool, self._views, self._refinement, self.frames.carried, config, match,
@@ -190,19 +186,18 @@ class RealtimeMatcher:
         chain.run()
         return half
 
-    def _search_full_size(self, half, previous, watch):
+    def _select_at_full_size(self, half, previous, watch):
         """
-        Search the pair, fill the population with what is found, and make the mutant.
+        Select the genes of the pair, fill the population with them, and make the mutant.
 
         half: the `HalfSizeResult`; previous: the previous frame's FrameState or None. Returns the
-        `SearchResult`, and the prior of the previous best, None where it is not used.
+        `SearchResult`, and whether the previous best takes part.
         """
         pool, refinement, population = self.pool, self._refinement, self.population
         chain, config = Chain(pool), self._config
-        previous_prior = self._stages.previous_best(self._warm_start, pool, previous, half)
-        self._search.limit(chain, half.labels)
+        parent, prior = self._stages.previous_best(self._warm_start, pool, previous, half)
         chain.each(watch.lap, ['coarse'])
-        chosen = self._search.search(chain, half.prior, previous_prior)
+        chosen = self._generation.select(chain, half, parent, prior)
         searched = chain.stages_so_far()
         self._weak_regions.grow(chain, self._views.half.left.luminance, self._half_size.weak)
 
@@ -221,8 +216,8 @@ class RealtimeMatcher:
         self._weak_regions.gather(chain, chosen, refinement.validity, placed)
         self._weak_regions.mutate(chain, population.genes[0], Random((config.seed,)))
         chain.run()
-        watch.lap(self._search.stage)
-        return chosen, previous_prior
+        watch.lap('selection')
+        return chosen, parent is not None or prior is not None
 
     def _refine(self, chosen, best, half, watch):
         """
@@ -241,7 +236,8 @@ class RealtimeMatcher:
             lambda *rows: evidence.reject(refinement.final_validity, half.prior.weights, *rows),
             self._config)
         if self._config.warm_start:
-            warm.keep(chain, labels, refinement.final_validity)
+            # as found: what smoothing wears away would not come back
+            warm.keep(chain, chosen.labels, refinement.final_validity)
         chain.run()
         watch.lap('refinement')
         return result

@@ -41,13 +41,13 @@ class MovedPrior:
         self._packed = None
         self._strengths[:] = 0
 
-    def write(self, pool, previous, half, census, labels, weights, above):
+    def write(self, pool, previous, half, census, labels, weights, by_strength):
         """
         Make the moved map a prior where there is none yet; return the labels of the prior.
 
         previous: the FrameState; half: the `HalfSizeResult`; census: uint8 (R, 3, C or more), of
-        the left image; labels, weights: (R, C), of the prior so far; weights get `above` plus a
-        strength of 1 to LONGEST. Returns None where the camera was not followed.
+        the left image; labels, weights: (R, C), of the prior so far; by_strength: uint8
+        (LONGEST + 1,), what weights get. Returns None where the camera was not followed.
         """
         moving, own = self._moving, previous.own
         if moving.motion is None:
@@ -67,8 +67,8 @@ class MovedPrior:
                 (moving.moved, moving.source), (previous.camera.cell_validity, own.survived),
                 half.labels, summed, (UNLIKE, AGREEING, LIKELIER, FLAT, LONGEST), self._strengths,
                 band[1], band[2])
-            warp.moved_prior((moving.moved, self._strengths), highest, above, labels, weights,
-                             self._labels, band[1], band[2])
+            warp.moved_prior((moving.moved, self._strengths), highest, by_strength, labels,
+                             weights, self._labels, band[1], band[2])
         pool.each(write_band, self._bands)
         return self._labels
 

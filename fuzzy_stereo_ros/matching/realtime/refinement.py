@@ -36,11 +36,11 @@ class Speckles:
     at most this are connected; smallest: pixels of a component that stays; band: one of all bands
     """
 
-    def __init__(self, rows, columns, allocate=zeros):
-        """Allocate for images of a size; allocate: as `zeros`, for all from `find` to `reject`."""
+    def __init__(self, rows, columns):
+        """Allocate for images of a size."""
         self._columns = columns
         self._marks = zeros((MOST_PARTS, 3), np.int64)
-        self._runs = tuple(allocate(rows * columns, np.int32) for _ in range(4))
+        self._runs = tuple(zeros(rows * columns, np.int32) for _ in range(4))
 
     def find(self, labels, validity, step, band):
         """Find the components of a band."""
@@ -77,11 +77,11 @@ class Refinement:
     of the best chromosome
     """
 
-    def __init__(self, possibility, labels_type, by_membership=True, allocate=zeros):
+    def __init__(self, possibility, labels_type, by_membership=True):
         """
         Allocate for images of the size of a `CensusPossibility`, and labels of a type.
 
-        by_membership: whether there is a membership median; allocate: of the `Speckles`
+        by_membership: whether there is a membership median
         """
         rows, columns, disparities = (
             possibility.rows, possibility.columns, possibility.disparities)
@@ -90,7 +90,7 @@ class Refinement:
         self._disparities, self._target_range = disparities, possibility.target_range
         self.validity, self.final_validity = (
             zeros((rows, columns), np.uint8) for _ in range(2))
-        self._speckles = Speckles(rows, columns, allocate)
+        self._speckles = Speckles(rows, columns)
         self._padded, self._padded_grey = (zeros(around, labels_type) for _ in range(2))
         self._members = [zeros(filling.MEDIAN_NEIGHBOURS * LANES, labels_type)
                          for _ in range(MOST_PARTS)]
@@ -174,7 +174,7 @@ class Refinement:
         rules = tuple(subpixel.OutputRules(
             np.float32(config.min_disparity),
             np.float32(config.min_disparity + config.disparities - 1), self._lines,
-            np.float32(config.confidence_threshold), config.fill))
+            np.float32(config.confidence_threshold), config.fill, *self._target_range))
         blur = partial(cv2.boxFilter, ddepth=cv2.CV_32S, ksize=(AROUND, AROUND), normalize=False)
 
         def write_band(band):

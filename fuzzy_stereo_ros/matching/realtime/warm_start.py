@@ -14,18 +14,20 @@ from typing import NamedTuple
 from fuzzy_stereo_ros.matching.arrays import zeros
 from fuzzy_stereo_ros.matching.bands import beside, widened
 from fuzzy_stereo_ros.matching.kernels.planes.grid import Genes
+from fuzzy_stereo_ros.matching.kernels.possibility.costs import Prior, weight_of
 from fuzzy_stereo_ros.matching.kernels.scanlines import disparity_ranges
 from fuzzy_stereo_ros.matching.kernels.temporal import previous_best
 from fuzzy_stereo_ros.matching.kernels.temporal.change_detection import TILE
 from fuzzy_stereo_ros.matching.kernels.temporal.motion import move_map
-from fuzzy_stereo_ros.matching.kernels.units import OUTSIDE
+from fuzzy_stereo_ros.matching.kernels.units import CONSISTENT, INVALID, OUTSIDE
 from fuzzy_stereo_ros.matching.over_frames.averaging import Averaging, History
 from fuzzy_stereo_ros.matching.over_frames.moving_camera import MovingCamera
 from fuzzy_stereo_ros.matching.over_frames.pictures import is_noisy
 from fuzzy_stereo_ros.matching.over_frames.state import FrameState, NO_COLOURS
 from fuzzy_stereo_ros.matching.realtime.frames import TileHistory
+from fuzzy_stereo_ros.matching.realtime.generation import parent_of
 from fuzzy_stereo_ros.matching.realtime.moved_prior import MovedPrior
-from fuzzy_stereo_ros.matching.realtime.scanlines import gene_type, prior_of
+from fuzzy_stereo_ros.matching.realtime.scanlines import gene_type
 from fuzzy_stereo_ros.matching.realtime.still_scene import (
     LONGEST_STEP_NS, new_result, reused_result, SETTLED, StillResult)
 import numpy as np
@@ -36,6 +38,8 @@ FLAT = 2             # largest range of trusted labels in 3 x 3 half-size pixels
 DEAD_ZONE, MOVED_DEAD_ZONE = 0, 1   # px from the prior that cost nothing: in place, or moved
 CUTS = 1, 2, 4       # largest cost of other labels, by the frames that a tile is unchanged
 MOVED_CUTS = 1, 3, 5    # the same of labels moved with the camera, by the frames they survived
+WEIGHTS = np.array([0, *(weight_of(DEAD_ZONE, cut) for cut in CUTS)], np.uint8)
+MOVED_WEIGHTS = np.array([0, *(weight_of(MOVED_DEAD_ZONE, cut) for cut in MOVED_CUTS)], np.uint8)
 
 
 class RealtimeState(NamedTuple):
@@ -109,9 +113,8 @@ class WarmStart:
         self._moved = zeros(nothing.shape, nothing.dtype), zeros((rows, columns), np.uint8)
         self._weights, self._weighted = zeros((rows, columns), np.uint8), False
         self._strengths = np.zeros_like(self._averaging.tiles[0].choices, np.uint8)
-        self._prior = prior_of(
-            nothing, self._weights, disparities, *((DEAD_ZONE, cut) for cut in CUTS),
-            *((MOVED_DEAD_ZONE, cut) for cut in MOVED_CUTS))
+        self._prior = Prior(nothing, self._weights)
+        self._inherited, self._valid = zeros(half, np.uint16), zeros(half, np.uint8)
 
     def average(self, pool, state, views):
         """Average the pictures of `Views` with those of a state; None starts anew."""
@@ -119,8 +122,8 @@ class WarmStart:
         left, ages = self._averaging.tiles[0], self._averaging.ages_of_both
         # The labels are those of the last search: a tile that changed since then has none.
         searched = 1 if state is None else 1 + state.own.since_search       # frames ago
-        choices = np.where(ages <= searched, np.int8(-1), left.choices)
-        previous_best.tile_strengths(choices, ages, len(CUTS), self._strengths)
+        self._choices = np.where(ages <= searched, np.int8(-1), left.choices)
+        previous_best.tile_strengths(self._choices, ages, len(CUTS), self._strengths)
         self._left = views.pictures[0]
         self._moved_prior.restart()
 
@@ -150,27 +153,42 @@ class WarmStart:
         """
         return float(np.mean(1 / self._averaging.tiles[0].ages))**0.25
 
-    def no_prior(self, pool, state, half):
-        """Return a prior of weight 0, None in a first frame: only pictures are used."""
-        self.prior_of_previous(pool, None, half)
-        return None if state is None else self._prior
+    def no_previous_best(self, pool, state, half):
+        """Return neither a parent nor a prior: only pictures are used."""
+        self._clear_weights()
+        return None, None
 
-    def prior_of_previous(self, pool, state, half):
+    def previous_best(self, pool, state, half):
         """
-        Return the prior from the previous best of a state, None where it is not used.
+        Return the previous best of a state as a `Parent`, and as a `Prior`, None where unused.
 
         half: the `HalfSizeResult` of this frame, which shows where the previous best is outdated
         """
         if state is None:
-            self._clear_weights()
-            return None
+            return self.no_previous_best(pool, state, half)
+        return self._parent(state), self._prior_of(pool, state, half)
+
+    def _prior_of(self, pool, state, half):
+        """Return the prior from the previous best of a state, None where it is not used."""
         labels = self._labels_in_place(pool, state, half)
         moved = self._moved_prior.write(
             pool, state, half, self._left.census,
-            self._prior.labels if labels is None else labels, self._weights, len(CUTS))
+            self._prior.labels if labels is None else labels, self._weights, MOVED_WEIGHTS)
         labels = labels if moved is None else moved
         self._weighted = labels is not None
         return None if labels is None else self._prior._replace(labels=labels)
+
+    def _parent(self, state):
+        """Return the previous best of a state, moved into this frame, None where all is new."""
+        if self._moving.motion is not None:
+            cells = self._moving.moved
+            self._valid[:] = np.where(cells >= 0, CONSISTENT, INVALID)
+            np.rint(np.maximum(cells, 0), out=self._inherited, casting='unsafe')
+            np.minimum(self._inherited, state.config.disparities - 1, out=self._inherited)
+            return parent_of(self._inherited, self._valid, cell=2)
+        return None if (self._choices < 0).all() else parent_of(
+            state.own.labels, state.own.validity, choices=self._choices,
+            shift=self._averaging.shift)
 
     def _labels_in_place(self, pool, state, half):
         """Return a state's labels and write their weights; None where no tile is in place."""
@@ -194,7 +212,7 @@ class WarmStart:
             disparity_ranges.flat(self._half_labels, FLAT, self._smooth,
                                   *widened(half_band, 0, rows))
             previous_best.previous_prior(
-                self._trusted, self._smooth, self._strengths, self._weights, *band[1:])
+                self._trusted, self._smooth, WEIGHTS[self._strengths], self._weights, *band[1:])
         pool.each(weigh, bands)
         return labels
 

@@ -4,7 +4,7 @@
 import gc
 from weakref import ref
 
-from fuzzy_stereo_ros.matching.arrays import BLOCK, Lent, LINE, OWN, SMALL, zeros
+from fuzzy_stereo_ros.matching.arrays import BLOCK, LINE, OWN, SMALL, zeros
 from fuzzy_stereo_ros.matching.kernels import addresses
 from fuzzy_stereo_ros.matching.kernels.simd import LANES, load, store
 from numba import njit
@@ -46,19 +46,6 @@ def test_a_block_ends_with_the_last_of_its_arrays():
     del arrays
     gc.collect()
     assert block() is None
-
-
-def test_lent_arrays_lie_beside_each_other_in_their_memory_and_beyond_it_where_it_ends():
-    memory = np.full(1 << 14, 7, np.uint8)
-    allocate = Lent(memory)
-    lent, other = allocate((40, 41), np.float32), allocate(1000, np.uint16)
-    beyond = allocate(5000, np.int32)
-    assert lent.shape == (40, 41) and other.dtype == np.uint16 and not beyond.any()
-    assert not any(array.ctypes.data % LINE for array in (lent, other))
-    lent[:], other[:] = 1, 2
-    assert (lent == 1).all() and (other == 2).all()
-    assert np.shares_memory(lent, memory) and np.shares_memory(other, memory)
-    assert not np.shares_memory(beyond, memory)
 
 
 # ---- vectors in memory ----

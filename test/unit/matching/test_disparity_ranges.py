@@ -1,73 +1,24 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""The half-size search as a whole, and the windows of labels that it gives the full one."""
+"""The half-size search as a whole, and the prior that it gives the full one."""
 from census_scene import random_map, read_moved, small_pair
 from fuzzy_stereo_ros.matching.bands import ThreadPool
-from fuzzy_stereo_ros.matching.kernels.scanlines.disparity_ranges import flat, tile_windows
+from fuzzy_stereo_ros.matching.kernels.scanlines.disparity_ranges import flat
 from fuzzy_stereo_ros.matching.kernels.simd import LANES
 from fuzzy_stereo_ros.matching.kernels.units import INVALID
 from fuzzy_stereo_ros.matching.over_frames.pictures import luminance_shift
 from fuzzy_stereo_ros.matching.realtime.half_size import (
-    CLEAR, FLAT, HalfSize, NOISY_STEPS, SPECKLE, TILE, WEAK_TEXTURE)
+    CLEAR, FLAT, HalfSize, NOISY_STEPS, SPECKLE, TILE, WEAK, WEAK_TEXTURE)
 from fuzzy_stereo_ros.matching.realtime.possibility import (
     CensusPicture, CensusPossibility, extra_columns, HALF_SIZE)
-from fuzzy_stereo_ros.matching.realtime.scanlines import gene_type, OVERLAP
-from hypothesis import given, settings, strategies as st
+from fuzzy_stereo_ros.matching.realtime.scanlines import OVERLAP
 import numpy as np
 import pytest
 import reference_census
 import reference_refinement
 import reference_search as twins
 
-sizes = st.integers(2, 40)
 NOISE = 20.0        # grey levels, by which half of the texture of a small pair is weak
-
-
-def windows_of(half, shape, disparities, tile, grow, margin, half_disparities=None):
-    half_disparities = half_disparities or -(-disparities // 2)
-    tiles = -(-shape[0] // tile), -(-shape[1] // tile)
-    low, blocks = np.full(tiles, -1), np.full(tiles, -1)
-    for part in ((0, 1), (1, len(low))):
-        tile_windows(half, half_disparities, disparities, tile, grow, margin, low, blocks, *part)
-    return low, blocks
-
-
-@settings(max_examples=150, deadline=None)
-@given(sizes, sizes, st.sampled_from([1, 2, 31, 33, 64, 70, 96, 97, 100, 256, 257, 500]),
-       st.sampled_from([4, 8, 16, 64]), st.sampled_from([0, 2, 8]), st.integers(0, 6),
-       st.integers(1, 500), st.integers(0, 999))
-def test_a_tile_searches_the_labels_around_it_and_no_block_too_many(
-        rows, columns, disparities, tile, grow, margin, spread, seed):
-    dtype, spread = gene_type(disparities), min(spread, disparities)
-    half = random_map((rows // 2, columns // 2), -(-spread // 2), seed, dtype)
-    low, blocks = windows_of(half, (rows, columns), disparities, tile, grow, margin)
-    for at in np.ndindex(low.shape):
-        wanted = twins.labels_around_tile(half, tile, at, grow)
-        wanted = wanted or [0, disparities - 1]
-        least = max(min(wanted) - margin, 0)
-        largest = min(max(wanted) + margin, disparities - 1)
-        first, number = low[at], blocks[at]
-        assert 0 <= first <= least
-        assert largest < first + LANES * number
-        fewest, most = -(-(largest - least + 1) // LANES), -(-disparities // LANES)
-        assert number == (4 if fewest == 3 else fewest)     # three take longer than four
-        assert first + LANES * number <= max(disparities, LANES * number)
-        assert number <= (4 if most == 3 else most)
-
-
-def test_a_window_stands_in_the_middle_of_what_it_must_hold():
-    half = np.full((8, 8), 50, np.uint8)
-    low, blocks = windows_of(half, (16, 16), 256, 16, 0, 4)
-    assert blocks.tolist() == [[1]]
-    assert low.tolist() == [[96 - (32 - 10) // 2]]       # 96 .. 105 are wanted
-
-
-@pytest.mark.parametrize('nearest, last', [(28, 64), (29, 64), (30, 72), (31, 72)])
-def test_a_tile_whose_half_map_reaches_its_end_is_searched_to_the_last_label(nearest, last):
-    half = np.array([[0, nearest]] * 2, np.uint8)
-    low, blocks = windows_of(half, (4, 4), 72, 4, 0, 4, half_disparities=32)
-    assert low.tolist() == [[0]]
-    assert min(72, 32 * blocks[0, 0]) == last
 
 
 @pytest.mark.parametrize('dtype', [np.uint8, np.uint16])
@@ -99,10 +50,9 @@ def half_map_of_twins(left, right, disparities, places, min_disparity):
         *features, half_disparities, HALF_SIZE), HALF_SIZE.box)
     across, down = reference_census.jump_penalties(
         halves[0][1], reference_census.jump_table(HALF_SIZE))
-    sums = reference_census.summed_passes(costs, np.zeros(costs.shape, bool), across, down,
-                                          HALF_SIZE.small, TILE, OVERLAP)
-    everything = np.array([[0]]), np.array([[half_disparities]]), max(costs.shape)
-    chosen = reference_census.chosen(sums, *everything)
+    sums = reference_census.summed_passes(costs, None, across, down, HALF_SIZE.small, TILE,
+                                          OVERLAP)
+    chosen = reference_census.chosen(sums)
     labels = chosen[0].astype(np.uint8)
     target = reference_census.chosen_by_target(labels, chosen[2], extra // 2)
     inside = min_disparity // 2, (min_disparity + left.shape[1] - 1) // 2
@@ -114,7 +64,8 @@ def half_map_of_twins(left, right, disparities, places, min_disparity):
     reliance = (twins.weak_texture(grey, int(np.hypot(WEAK_TEXTURE, NOISY_STEPS * NOISE)))
                 & twins.flat(smooth, FLAT) & (validity != INVALID) & (chosen[3] >= CLEAR))
     finer = 2 * smooth.astype(int) + np.where(labels == smooth, np.rint(chosen[1] / 8), 0)
-    return smooth, validity, *(twins.doubled(one, left.shape[:2]) for one in (finer, reliance))
+    return smooth, validity, *(twins.doubled(one, left.shape[:2])
+                               for one in (finer, WEAK * reliance))
 
 
 @pytest.mark.parametrize('shape', [(2, 2), (3, 9), (41, 61), (50, 40), (220, 12)])

@@ -101,7 +101,7 @@ def test_what_is_seen_is_that_of_the_twin(rows, columns, extra, shift, noise, se
     shape = rows // 2, columns // 2
     left, right = pictures(shape, extra, random)
     labels = random_map((rows, columns), 12, seed)
-    weights = random_map((rows, columns), 3, seed + 1)
+    weights = VOTED * random_map((rows, columns), 2, seed + 1)
     evidence = Evidence(left, right, [SimpleNamespace(level=noise)] * 2, shift)
     evidence.sum_up(labels, (0, 0, rows))
     evidence.judge()

@@ -169,7 +169,7 @@ def test_times_by_stage_sum_up_to_the_total():
     match = matched(scene(), CONFIG)
     stages = dict(match.times)
     total = stages.pop('total')
-    assert {'possibility', 'coarse', 'scanlines', 'generations', 'refinement'} <= set(stages)
+    assert {'possibility', 'coarse', 'selection', 'generations', 'refinement'} <= set(stages)
     assert all(milliseconds >= 0 for milliseconds in stages.values())
     assert 0 < sum(stages.values()) <= total
 
@@ -258,26 +258,18 @@ def test_a_state_is_not_changed_by_later_frames():
         np.testing.assert_array_equal(handed_on[name], copy)
 
 
-def test_what_lies_in_lent_memory_between_frames_and_before_the_search_does_not_count():
+def test_what_lies_in_the_memory_of_a_generation_before_does_not_count():
     frames = list(make_sequence(64, 96, 24, 3, noise=1.5))
 
-    def results(disturb):
+    def results(value):
         matcher, found = StereoMatcher(CONFIG), []
         for pair in frames:
             found.append(bits(matcher.match(pair.left, pair.right)))
-            disturb(matcher.algorithm._search)
+            for memory in (matcher.algorithm._generation._volume,
+                           *matcher.algorithm._generation._memory):
+                memory[:] = value
         return found
-
-    def disturb(search):
-        memory = search.memory
-        memory[:] = np.random.default_rng(len(memory)).integers(0, 256, len(memory))
-        limit = search.__class__.limit
-
-        def limited(*arguments):        # between the half-size search and the full one
-            memory[:] = 255
-            limit(search, *arguments)
-        search.limit = limited
-    assert results(disturb) == results(lambda search: None)
+    assert results(0) == results(255)
 
 
 @pytest.mark.parametrize('changes', [

@@ -105,8 +105,9 @@ def test_the_prior_of_a_moved_map_is_that_of_the_twins(rows, columns, odd, seed)
     weights, known = random.integers(0, 2, full, np.uint8), random.integers(0, 9, full, np.uint8)
     labels, written = np.zeros(full, np.uint8), weights.copy()
     strengths[:, -1] = 0        # an odd column at the end has no cell
-    warp.moved_prior((moved, strengths), 4, 3, known, written, labels, 0, rows)
-    expected = twins.moved_prior(moved, strengths, 4, 3, known, weights)
+    by_strength = np.array([0, 5, 2, 9], np.uint8)
+    warp.moved_prior((moved, strengths), 4, by_strength, known, written, labels, 0, rows)
+    expected = twins.moved_prior(moved, strengths, 4, by_strength, known, weights)
     assert np.array_equal(written, expected[1])
     assert np.array_equal(labels[written > 0], expected[0][written > 0])
 

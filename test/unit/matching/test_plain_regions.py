@@ -7,6 +7,7 @@ import cv2
 from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
 from fuzzy_stereo_ros.matching.bands import all_before, ThreadPool
 from fuzzy_stereo_ros.matching.kernels.planes import plain_regions as kernels
+from fuzzy_stereo_ros.matching.kernels.possibility.costs import Prior
 from fuzzy_stereo_ros.matching.over_frames.pictures import NoiseEstimate
 from fuzzy_stereo_ros.matching.realtime.half_size import HalfSizeResult, SURE
 from fuzzy_stereo_ros.matching.realtime.matcher import Stages
@@ -14,7 +15,6 @@ from fuzzy_stereo_ros.matching.realtime.operators import NotMutated
 from fuzzy_stereo_ros.matching.realtime.plain_regions import (
     BURNT, CLIP, LEAST_CLIP, NEAREST, PLAIN_STEP, PlainRegions)
 from fuzzy_stereo_ros.matching.realtime.region_votes import elect, GROUPS
-from fuzzy_stereo_ros.matching.realtime.scanlines import prior_of
 from fuzzy_stereo_ros.matching.realtime.views import Views
 import numpy as np
 import pytest
@@ -198,7 +198,7 @@ def test_evidence_is_that_of_the_twin(size, min_disparity):
     def keep(left, target, regions, places, half_map, votes, *_):
         seen['vote'] = [np.copy(argument) for argument in (places, *votes[:2])]
     kept, pool = kernels.vote, ThreadPool(1)
-    prior = prior_of(np.zeros(size, np.uint8), np.zeros(size, np.uint8), DISPARITIES, (0, 1))
+    prior = Prior(np.zeros(size, np.uint8), np.zeros(size, np.uint8))
     try:
         kernels.vote = lambda *arguments: (kept(*arguments), keep(*arguments))
         found_and_mutated(plain, pool, half_size_result(half, prior))

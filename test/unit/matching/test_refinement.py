@@ -158,7 +158,7 @@ def half_at_random(shape, seed, margins=None, limits=None):
     return SimpleNamespace(
         chosen=SimpleNamespace(
             margins=random_map(halves, 256, seed) if margins is None else margins),
-        prior=SimpleNamespace(weights=random_map(shape, 3, seed + 1)),
+        prior=SimpleNamespace(weights=6 * random_map(shape, 2, seed + 1)),
         certainty=random_map(shape, 256, seed + 2) if limits is None else limits)
 
 
@@ -187,6 +187,8 @@ def written(shape, disparities, seed=0, validity=None, **changes):
     fine, agreeing = twins.fine_disparities(final, chosen.labels, chosen.offsets, validity)
     margins = np.minimum(chosen.margins, twins.margins_of_half(half))
     sure = twins.confidence(twins.certainty(chosen.sums, margins, validity), agreeing, validity)
+    pointed = np.floor(np.arange(shape[1]) + 0.5 - fine / 16)
+    sure = np.where((pointed >= 0) & (pointed < shape[1]), sure, 0)
     right = np.where(sure > 0, np.interp(10 * sure, range(11), CALIBRATION), 0)
     return disparity, confidence, fine, np.minimum(right, half.certainty / 255), validity
 
@@ -218,7 +220,7 @@ def test_any_range_fill_and_threshold(rows, columns, min_disparity, fill, thresh
 def half_certain(shape):
     """Return what the scanlines chose where every pixel is half certain, and a Refinement."""
     return SimpleNamespace(
-        labels=np.full(shape, 7, np.uint8), offsets=np.zeros(shape, np.int8),
+        labels=np.full(shape, 1, np.uint8), offsets=np.zeros(shape, np.int8),
         sums=np.zeros(shape, np.uint8), margins=np.full(shape, CLEAR_MARGIN, np.uint8),
     ), refinement_of(shape, 64, np.uint8)
 

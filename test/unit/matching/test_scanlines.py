@@ -1,24 +1,22 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Scanline passes: windows, the sum of four directions, and the label of least cost."""
-from census_scene import random_map, seen, small_pair, twin_costs
+"""Scanline passes: the sum of four directions, and the label of least cost."""
+from census_scene import seen, small_pair, twin_costs
 from fuzzy_stereo_ros.matching.bands import all_before, ThreadPool
 from fuzzy_stereo_ros.matching.kernels.scanlines.tasks import ACROSS, COMPLETE
 from fuzzy_stereo_ros.matching.kernels.scanlines.volume import (
     SearchResult)
 from fuzzy_stereo_ros.matching.kernels.scanlines.winner_takes_all import choose_of_target
-from fuzzy_stereo_ros.matching.kernels.simd import LANES
 from fuzzy_stereo_ros.matching.realtime import scanlines
-from fuzzy_stereo_ros.matching.realtime.possibility import FULL_SIZE, HALF_SIZE
+from fuzzy_stereo_ros.matching.realtime.possibility import HALF_SIZE
 from fuzzy_stereo_ros.matching.realtime.scanlines import (
-    gene_type, OVERLAP, prior_of, Scanlines, SHIFT)
+    OVERLAP, Scanlines, SHIFT)
 from hypothesis import given, settings, strategies as st
 import numba
 import numpy as np
 import pytest
 import reference_census as twins
 
-RULES = (1, 4), (0, 4)
 GUARD = 64      # bytes
 
 
@@ -36,28 +34,24 @@ class Scanned:
     lies between its parts, and around the chosen maps, must stay as it was.
     """
 
-    def __init__(self, shape, disparities, tile=64, model=FULL_SIZE, min_disparity=0,
-                 windows_seed=None, priors=False, threads=1, channels=0):
+    def __init__(self, shape, disparities, tile=64, min_disparity=0, threads=1, channels=0):
         left, right = small_pair(*shape, disparity=min(4, shape[1] - 1), channels=channels)
         self.disparities = disparities
-        self.possibility = seen(left, right, disparities, min_disparity, model)
+        self.possibility = seen(left, right, disparities, min_disparity, HALF_SIZE)
         self.scanlines = Scanlines(self.possibility, tile)
         maps, self._guarded = zip(*map(guarded, self.scanlines.chosen))
         self.scanlines.chosen = SearchResult(*maps)
-        if windows_seed is not None:
-            self._choose_windows(np.random.default_rng(windows_seed))
-        self.priors = [self._prior(shape, seed) for seed in (1, 2)] if priors else []
         self.pool = ThreadPool(threads)
         self.scanlines._reserve(threads)
         self.search()
         self.pool.close()
-        self._pair = left, right, min_disparity, model
+        self._pair = left, right, min_disparity
 
     def search(self):
         for memory in (*self.scanlines._memory, self.scanlines.memory):
             memory[:] = np.random.default_rng(1).integers(0, 256, memory.size)
         before = self._unused()
-        chosen = self.scanlines.search(self.pool, *self.priors)
+        chosen = self.scanlines.search(self.pool)
         assert chosen is self.scanlines.chosen
         assert self._unused() == before
         for whole in self._guarded:
@@ -78,39 +72,19 @@ class Scanned:
             unused.append(memory[-SHIFT:].tobytes())
         return unused
 
-    def _prior(self, shape, seed):
-        return prior_of(random_map(shape, self.disparities, seed, gene_type(self.disparities)),
-                        random_map(shape, 3, seed), self.disparities, *RULES)
-
-    def _choose_windows(self, random):
-        windows, most = self.scanlines.windows, self.scanlines.most_blocks
-        windows.blocks[:] = random.integers(1, most + 1, windows.blocks.shape)
-        last = np.maximum(self.disparities - LANES * windows.blocks, 0)
-        windows.low[:] = random.integers(0, last + 1)
-        self.scanlines.place_windows()
-
     def twin(self):
-        """Return sums (R, C, D) and the windows: low, high, tile."""
-        left, right, min_disparity, model = self._pair
-        windows, labels = self.scanlines.windows, self.disparities
-        costs = twin_costs(left, right, labels, min_disparity, model)
-        if model.box:
-            costs = twins.box_costs(costs, model.box)
-        for prior in self.priors:
-            costs = costs + twins.prior_costs(prior.labels, prior.weights, RULES, labels)
-        high = np.minimum(windows.low + LANES * windows.blocks, labels)
-        search = windows.low, high, self.scanlines.tile
+        """Return the sums (R, C, D)."""
+        left, right, min_disparity = self._pair
+        costs = twins.box_costs(twin_costs(
+            left, right, self.disparities, min_disparity, HALF_SIZE), HALF_SIZE.box)
         grey = self.possibility.left.grey[:, :left.shape[1]]
-        across, down = twins.jump_penalties(grey, twins.jump_table(model))
-        sums = twins.summed_passes(
-            costs, twins.outside_windows(costs.shape, *search), across, down, model.small,
-            self.scanlines.tile, OVERLAP)
-        return sums, search
+        across, down = twins.jump_penalties(grey, twins.jump_table(HALF_SIZE))
+        return twins.summed_passes(
+            costs, None, across, down, HALF_SIZE.small, self.scanlines.tile, OVERLAP)
 
 
 def check(scanned):
-    sums, search = scanned.twin()
-    chosen, expected = scanned.scanlines.chosen, twins.chosen(sums, *search)
+    chosen, expected = scanned.scanlines.chosen, twins.chosen(scanned.twin())
     for name, values in zip(('labels', 'offsets', 'sums', 'margins'), expected):
         np.testing.assert_array_equal(getattr(chosen, name), values, name)
     extra = chosen.target.shape[1] - chosen.labels.shape[1]
@@ -126,25 +100,12 @@ def test_chosen_labels_of_every_size_are_those_of_the_twin(shape, disparities, c
     check(Scanned(shape, disparities, channels=channels))
 
 
-@pytest.mark.parametrize('shape, tile, disparities', [
-    *((shape, tile, disparities) for shape, tile in (
-        ((9, 21), 8), ((17, 30), 6), ((5, 7), 4), ((1, 20), 4), ((45, 14), 5), ((20, 11), 1),
-        ((40, 10), 16), ((50, 13), 32), ((21, 33), 7)) for disparities in (33, 128)),
-    *((shape, tile, 300) for shape, tile in (((9, 21), 8), ((5, 7), 4), ((40, 10), 16)))])
-def test_tiles_that_search_windows_of_their_own_are_those_of_the_twin(shape, tile, disparities):
-    check(Scanned(shape, disparities, tile, windows_seed=1))
-    check(Scanned(shape, disparities, tile, windows_seed=2, priors=True))
-
-
 @settings(max_examples=60, deadline=None)
-@given(st.integers(1, 40), st.integers(1, 24), st.integers(1, 70), st.integers(1, 50),
-       st.integers(-60, 9) | st.sampled_from([-2048, -200, 40]), st.integers(0, 99),
-       st.booleans(), st.sampled_from([FULL_SIZE, FULL_SIZE, HALF_SIZE]))
-def test_any_size_of_images_tiles_and_windows_is_that_of_the_twin(
-        rows, columns, disparities, tile, min_disparity, seed, priors, model):
-    """At half size everything is searched, and nothing is known before."""
-    seed, priors = (seed, priors) if model is FULL_SIZE else (None, False)
-    check(Scanned((rows, columns), disparities, tile, model, min_disparity, seed, priors))
+@given(st.integers(1, 40), st.integers(1, 24), st.integers(1, 130), st.integers(1, 50),
+       st.integers(-60, 9) | st.sampled_from([-2048, -200, 40]))
+def test_any_size_of_images_and_tiles_is_that_of_the_twin(
+        rows, columns, disparities, tile, min_disparity):
+    check(Scanned((rows, columns), disparities, tile, min_disparity))
 
 
 @pytest.fixture(params=[0, 5000, 4 << 20])
@@ -154,10 +115,8 @@ def step_size(request, monkeypatch):
 
 
 @pytest.mark.parametrize('shape, disparities, tile, options', [
-    *(((rows, 12), 40, tile, {'windows_seed': 2})
-      for rows in (127, 128, 150) for tile in (1000, 64, 20, 6)),
-    *(((150, 7), 9, tile, {'model': HALF_SIZE}) for tile in (1000, 64, 8)),
-    *(((641, 5), 5, 64, {'model': model, 'threads': 3}) for model in (FULL_SIZE, HALF_SIZE))])
+    *(((rows, 12), 40, tile, {}) for rows in (127, 128, 150) for tile in (1000, 64, 20, 6)),
+    ((641, 5), 5, 64, {'threads': 3})])
 def test_rows_of_tiles_are_those_of_the_twin_however_many_are_a_step(
         step_size, shape, disparities, tile, options):
     check(Scanned(shape, disparities, tile, **options))
@@ -166,7 +125,7 @@ def test_rows_of_tiles_are_those_of_the_twin_however_many_are_a_step(
 @pytest.mark.parametrize('rows, tile', [(480, 64), (31, 64), (100, 20), (64, 1), (97, 16)])
 def test_each_item_waits_for_the_rows_it_needs_and_for_those_whose_memory_it_takes(
         step_size, rows, tile):
-    made = Scanlines(seen(*small_pair(rows, 130), 5), tile)
+    made = Scanlines(seen(*small_pair(rows, 130), 5, model=HALF_SIZE), tile)
     tiles, kept = -(-130 // tile), made._numbers['kept']
     begun, completed, chosen = [0], [[0] * tiles], 0     # rows, and rows of tiles, after each task
     for index, (kind, first, last, column, need) in enumerate(made._tasks.tolist()):
@@ -191,7 +150,7 @@ def test_each_item_waits_for_the_rows_it_needs_and_for_those_whose_memory_it_tak
 
 @pytest.mark.parametrize('most', [1, 7])
 def test_a_kernel_that_may_take_few_tasks_is_called_until_all_are_done(most):
-    whole, some = (Scanned((150, 40), 40, 16, windows_seed=3) for _ in range(2))
+    whole, some = (Scanned((150, 40), 40, 16) for _ in range(2))
     some.pool.shares = lambda needs, begin: ([most] * -(-len(needs) // most), all_before)
     some.search()
     for values, expected in zip(some.scanlines.chosen, whole.scanlines.chosen):
@@ -200,25 +159,9 @@ def test_a_kernel_that_may_take_few_tasks_is_called_until_all_are_done(most):
 
 @pytest.mark.parametrize('disparities', [40, 300])
 def test_the_number_of_threads_changes_nothing(disparities):
-    one, three = (Scanned((300, 20), disparities, 16, windows_seed=3, priors=True, threads=threads)
+    one, three = (Scanned((300, 20), disparities, 16, threads=threads)
                   for threads in (1, 3))
     for values, expected in zip(three.scanlines.chosen, one.scanlines.chosen):
-        np.testing.assert_array_equal(values, expected)
-
-
-def test_what_was_searched_before_leaves_no_trace():
-    scanned = Scanned((40, 50), 64, tile=16, windows_seed=1)
-    before = [values.copy() for values in scanned.scanlines.chosen]
-    windows = scanned.scanlines.windows
-    limited = windows.low.copy(), windows.blocks.copy()
-    windows.low[:], windows.blocks[:] = 0, scanned.scanlines.most_blocks
-    scanned.scanlines.place_windows()
-    scanned.search()
-    assert not np.array_equal(scanned.scanlines.chosen.labels, before[0])
-    windows.low[:], windows.blocks[:] = limited
-    scanned.scanlines.place_windows()
-    scanned.search()
-    for values, expected in zip(scanned.scanlines.chosen, before):
         np.testing.assert_array_equal(values, expected)
 
 

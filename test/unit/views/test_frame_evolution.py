@@ -78,7 +78,7 @@ def test_two_folders_are_a_sequence_of_frames(folders, tmp_path, capsys, profile
 
 
 @pytest.mark.parametrize('options, words', [
-    (['--profile', 'fast'], 'fast hands on no genes: nothing evolves from frame to frame')])
+    (['--profile', 'fast'], 'without planes, as in fast, nothing is shown from frame to frame')])
 def test_options_that_frames_cannot_have_are_one_sentence(folders, options, words, capsys):
     assert main(['evolve', *map(str, folders), '--disparities', '24', *options]) == 2
     assert words in capsys.readouterr().err

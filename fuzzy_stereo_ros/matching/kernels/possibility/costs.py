@@ -10,13 +10,15 @@ The Hamming distance may count the nearest eight neighbours twice: they blur edg
 from typing import NamedTuple
 
 from fuzzy_stereo_ros.matching.kernels.addresses import (
-    load_byte, load_short, load_word, repeat_bytes, splat_word, store_word)
+    load_byte, repeat_bytes, splat_word)
 from fuzzy_stereo_ros.matching.kernels.compiled import called, inlined
 from fuzzy_stereo_ros.matching.kernels.simd import (
     absolute_difference, add, bit_and, bit_or, bit_xor, count_bits, count_bits_of_word,
     lane_numbers, LANES, lanes_of, load, load_like, minimum, saturating_subtract, shift_right,
     splat, splat_like, store, subtract)
 import numpy as np
+
+DEAD_ZONE = 4       # bit of a weight of a prior from which on its dead zone begins
 
 
 class Features(NamedTuple):
@@ -37,16 +39,15 @@ class Features(NamedTuple):
 
 
 class Prior(NamedTuple):
-    """
-    A map of preferred labels; weight 0 at a pixel means no preference.
-
-    The table has a row for each weight: the added cost by label - prior's label, 0 at `reach`.
-    """
+    """A map of preferred labels, which makes others cost more."""
 
     labels: np.ndarray            # uint8 or uint16 (R, C)
-    weights: np.ndarray           # uint8 (R, C), row of the table
-    table: np.ndarray             # uint8 (weights * 2 * reach,)
-    reach: int                    # more labels than there are
+    weights: np.ndarray           # uint8 (R, C), see weight_of; 0 means no preference
+
+
+def weight_of(dead_zone, cut):
+    """Return a weight of a prior: 1 a label costs, beyond so many, until it is `cut`; below 16."""
+    return dead_zone << DEAD_ZONE | cut
 
 
 @inlined
@@ -99,63 +100,9 @@ def _codes_of(kind, codes, at, width):
             splat_word(kind, codes, at + 2 * width)), splat_word(kind, codes, at + 3 * width)
 
 
-@inlined
-def _prior_rows(prior, label_bytes, first, width, low, priors, at):
-    """
-    Write, as words, the index in the prior's table of the first cost of each pixel of a row.
-
-    prior: addresses of labels and weights, and the reach, of a Prior
-    """
-    labels, weights, reach = prior
-    base = reach + low
-    if label_bytes == 1:
-        for index in range(width):
-            store_word(priors, at + index, 2 * reach * load_byte(weights, first + index) + base
-                       - load_byte(labels, first + index))
-    else:
-        for index in range(width):
-            store_word(priors, at + index, 2 * reach * load_byte(weights, first + index) + base
-                       - load_short(labels, first + index))
-
-
-@called
-def prepare_costs(search, row, count, begin, end, low, codes, priors):
-    """
-    Gather the inputs of the costs of some rows of a tile.
-
-    codes: words, four planes of end - begin a row; priors: words, two times as many a row.
-    """
-    width = end - begin
-    half = search.half_labels, search.half_weights, search.half_reach
-    previous = search.previous_labels, search.previous_weights, search.previous_reach
-    for near in range(count):
-        _widen_codes(search, row + near, begin, end, codes, 4 * near * width)
-        first = (row + near) * search.columns + begin
-        _prior_rows(half, search.label_bytes, first, width, low, priors, 2 * near * width)
-        _prior_rows(previous, search.label_bytes, first, width, low, priors,
-                    (2 * near + 1) * width)
-
-
-@inlined
-def cost_of_block(search, scratch, place, cuts, width, code_at, prior_at, offset):
-    """
-    Return the costs of as many labels of a pixel as cuts have lanes, priors included.
-
-    place: of the first candidate, and of its gradient; code_at, prior_at: of the pixel in the
-    codes and priors of `scratch`, see prepare_costs
-    """
-    kind, priors = cuts[0], scratch.priors
-    code, slope = _codes_of(kind, scratch.codes, code_at, width)
-    cost = raw_costs(search.target_census, place[0], search.target_stride, search.target_slopes,
-                     place[1], code, slope, cuts)
-    return add(cost, add(
-        load_like(kind, search.half_table, load_word(priors, prior_at) + offset),
-        load_like(kind, search.previous_table, load_word(priors, prior_at + width) + offset)))
-
-
 @called
 def raw_row(search, row, blocks, costs, at, codes):
-    """Write the costs of a row from `at` on, every label, without priors and without a mask."""
+    """Write the costs of a row from `at` on, every label, without a mask."""
     columns, stride = search.columns, search.target_stride
     _widen_codes(search, row, 0, columns, codes, 0)
     cuts = cuts_of(search, splat(np.uint8(0)))
@@ -194,7 +141,7 @@ def box_row(search, above, here, below, blocks, costs, at):
 
 @inlined
 def match_cost(features, row, column, label):
-    """Return the cost of one candidate without priors, as cost_of_block has it."""
+    """Return the cost of one candidate without priors, as raw_costs has it."""
     mirrored = features.columns - 1 - column + label
     stride, target_stride = features.census_stride, features.target_stride
     base, candidate = row * 3 * stride + column, row * 3 * target_stride + mirrored

@@ -120,6 +120,8 @@ class OutputRules(NamedTuple):
     lines: np.ndarray    # float32 (LINES, 2), intercept and slope by certain * agreeing
     threshold: float     # pixels of less confidence are NaN
     fill: bool           # unless they are filled
+    begin: int           # first and last column of the target that exist, see check_consistency
+    end: int
 
 
 @kernel
@@ -130,12 +132,15 @@ def write_out(fitted, validity, certain, limits, rules, disparity, confidence, f
     A disparity that few neighbours found has less confidence: the surface ends there.
 
     fitted: `fine` and `agreeing` of smooth_offsets; validity: uint8 (R, C); certain: int32 (R, C),
+    fitted: `fine` and `agreeing` of smooth_offsets; validity: uint8 (R, C); certain: int32 (R, C),
     certainties summed over the pixels around; limits: uint8 (R, C), of the confidence, in 1 / 255;
     rules: the fields of OutputRules, float32; the confidence is the least of the lines and the
     limit; disparity, confidence: float32 (R, C), written.
-    What is not consistent, or has no certain pixel around, has confidence 0.
+    What is not consistent, points outside of the target, or has no certain pixel around, has
+    confidence 0.
     """
-    (fine, agreeing), (lowest, highest, lines, threshold, fill) = fitted, rules
+    (fine, agreeing), (lowest, highest, lines, threshold, fill, begin, end) = fitted, rules
+    first_column, width = np.int32(STEPS * begin - STEPS // 2), np.int32(STEPS * (end + 1 - begin))
     for row in range(first, last):
         of_area, agree, share = certain[row], agreeing[row], confidence[row]
         limit = limits[row]
@@ -144,8 +149,10 @@ def write_out(fitted, validity, certain, limits, rules, disparity, confidence, f
             sure = np.float32(limit[column]) * np.float32(1 / 255)
             for line in range(LINES):
                 sure = min(sure, lines[line, 0] + lines[line, 1] * score)
+            pointed = np.int32(STEPS * np.int32(column) - first_column
+                               - np.int32(fine[row, column]))
             enough = ((validity[row, column] == CONSISTENT) & (of_area[column] > 0)
-                      & (limit[column] > 0))
+                      & (limit[column] > 0) & (pointed >= 0) & (pointed < width))
             sure = sure if enough else np.float32(0)
             share[column] = sure
             value = np.float32(fine[row, column]) * np.float32(1 / STEPS) + lowest

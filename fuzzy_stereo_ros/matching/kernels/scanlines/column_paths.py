@@ -7,15 +7,14 @@ Columns are independent. Paths from below start some rows below a row of tiles, 
 the top of the image.
 """
 from fuzzy_stereo_ros.matching.kernels.addresses import (
-    load_byte, load_long, load_short, repeat_bytes, splat_word, store_byte, store_short)
+    load_byte, load_short, repeat_bytes, splat_word, store_byte, store_short)
 from fuzzy_stereo_ros.matching.kernels.compiled import called, inlined
 from fuzzy_stereo_ros.matching.kernels.scanlines.four import (
     add_four, advance_four, first_of_four, load_four, lowest_of_four, mask_four, splat_four,
     store_four, store_packed, unpacked, without_least)
 from fuzzy_stereo_ros.matching.kernels.scanlines.steps import (
-    advance, carry, clear, copy, in_registers, step)
-from fuzzy_stereo_ros.matching.kernels.scanlines.volume import (
-    columns_of, row_start, window_of)
+    advance, clear, in_registers, step)
+from fuzzy_stereo_ros.matching.kernels.scanlines.volume import columns_of, row_start
 from fuzzy_stereo_ros.matching.kernels.scanlines.winner_takes_all import (
     best_label, choose_of_target, fit_offsets, least_elsewhere, MIDDLE, NEAR_LABELS)
 from fuzzy_stereo_ros.matching.kernels.simd import (
@@ -27,19 +26,19 @@ OVERLAP = 16         # rows below a row of tiles where its paths from below star
 
 
 @inlined
-def _note(scratch, column, best, low, totals, at):
+def _note(scratch, column, best, totals, at):
     """Write the label of a pixel and the sums beside it; its sums are at totals + at."""
-    store_short(scratch.chosen, column, low + best)
+    store_short(scratch.chosen, column, best)
     store_byte(scratch.least_below, column, load_byte(totals, at + best - 1))
     store_byte(scratch.least_above, column, load_byte(totals, at + best + 1))
 
 
 @inlined
-def _choose_four(penalty, search, scratch, low, width, at, size, out):
+def _choose_four(penalty, search, scratch, width, at, size, out):
     """
     Move the upward paths of a tile's columns on by a row and choose their labels, four at once.
 
-    penalty: P1, a vector of all labels of the window; at: where the costs and sums of column 0
+    penalty: P1, a vector of all labels; at: where the costs and sums of column 0
     are, in rows of `size` bytes; out: that of its results. Returns how many columns are done.
     """
     costs, sums, totals, lanes = scratch.costs, scratch.sums, scratch.labels, lanes_of(penalty)
@@ -59,10 +58,10 @@ def _choose_four(penalty, search, scratch, low, width, at, size, out):
         elsewhere = lowest_of_four(mask_four(four, NEAR_LABELS, MIDDLE, best))
         store_packed(search.sums, out + column, cheapest)
         store_packed(search.margins, out + column, subtract(elsewhere, cheapest))
-        _note(scratch, column, best[0], low, totals, LANES)
-        _note(scratch, column + 1, best[1], low, totals, LANES + lanes)
-        _note(scratch, column + 2, best[2], low, totals, LANES + 2 * lanes)
-        _note(scratch, column + 3, best[3], low, totals, LANES + 3 * lanes)
+        _note(scratch, column, best[0], totals, LANES)
+        _note(scratch, column + 1, best[1], totals, LANES + lanes)
+        _note(scratch, column + 2, best[2], totals, LANES + 2 * lanes)
+        _note(scratch, column + 3, best[3], totals, LANES + 3 * lanes)
         place += 4 * lanes
         at += 4 * lanes
         column += 4
@@ -70,7 +69,7 @@ def _choose_four(penalty, search, scratch, low, width, at, size, out):
 
 
 @inlined
-def _choose_columns(search, scratch, blocks, low, begin, end, at, out):
+def _choose_columns(search, scratch, blocks, begin, end, at, out):
     """
     Move the upward paths of one tile's columns begin .. end on by a row and choose their labels.
 
@@ -85,17 +84,17 @@ def _choose_columns(search, scratch, blocks, low, begin, end, at, out):
         store_byte(search.sums + out, column, cheapest)
         store_byte(search.margins + out, column,
                    least_elsewhere(sums, at + place, blocks, best) - cheapest)
-        _note(scratch, column, best, low, sums, at + place)
+        _note(scratch, column, best, sums, at + place)
 
 
 @inlined
-def _hand_over(search, at, width, low, high, scratch):
-    """Write the labels and offsets of a row of a tile; at the window's ends offsets are 0."""
+def _hand_over(search, at, width, scratch):
+    """Write the labels and offsets of a row of a tile; offsets of the end labels are 0."""
     chosen, below, above = scratch.chosen, scratch.least_below, scratch.least_above
-    sums, first, last = search.sums + at, np.uint16(low), np.uint16(high)
+    sums, last = search.sums + at, np.uint16(search.disparities - 1)
     for column in range(width):
         label, least = load_short(chosen, column), load_byte(sums, column)
-        at_end = (label == first) | (label == last)
+        at_end = (label == 0) | (label == last)
         store_byte(below, column, least if at_end else load_byte(below, column))
         store_byte(above, column, least if at_end else load_byte(above, column))
     fit_offsets(below, sums, above, width, search.offsets + at)
@@ -135,10 +134,10 @@ def _down_four(penalty, scratch, width, at, size, paths):
 def _add_downwards(search, scratch, tile, first, last, paths):
     """Run the paths from above through rows first .. last - 1 of a tile, and add them to sums."""
     begin, end = columns_of(search, tile)
-    _, blocks, offset = window_of(search, first // search.tile, tile)
-    size, penalty = load_long(search.row_size, first // search.tile), splat(np.uint8(search.small))
+    size, blocks, penalty = search.row_size, search.blocks, splat(np.uint8(search.small))
     for row in range(first, last):
-        jumps, at = row * search.columns, row_start(search, scratch, row) + offset
+        jumps = row * search.columns
+        at = row_start(search, scratch, row) + begin * LANES * blocks
         repeat_bytes(search.down, jumps + begin, jumps + end, scratch.jumps, 0)
         middle = in_registers(_down_four, search.small, blocks, scratch, end - begin, at, size,
                               paths)
@@ -153,8 +152,8 @@ def _step_upwards(search, scratch, tile, row):
     """Move the paths from below of a tile on to a row whose costs are there, without sums."""
     penalty, words, costs = splat(np.uint8(search.small)), scratch.jumps, scratch.costs
     begin, end = columns_of(search, tile)
-    _, blocks, offset = window_of(search, row // search.tile, tile)
-    at, place = row_start(search, scratch, row) + offset, 0
+    blocks, place = search.blocks, 0
+    at = row_start(search, scratch, row) + begin * LANES * blocks
     first = min(row + 1, search.rows - 1) * search.columns
     repeat_bytes(search.down, first + begin, first + end, words, 0)
     for index in range(end - begin):
@@ -171,34 +170,17 @@ def _step_upwards(search, scratch, tile, row):
 @inlined
 def _choose_rows(search, scratch, tile, first, last):
     """Choose the labels of the rows first .. last - 1 of a tile; its paths are those of `last`."""
-    tile_row = first // search.tile
-    low, blocks, offset = window_of(search, tile_row, tile)
     begin, end = columns_of(search, tile)
-    size, start = load_long(search.row_size, tile_row), row_start(search, scratch, first) + offset
-    width, high = end - begin, min(low + LANES * blocks, search.disparities) - 1
+    blocks, size, width = search.blocks, search.row_size, end - begin
+    start = row_start(search, scratch, first) + begin * LANES * blocks
     for row in range(last - 1, first - 1, -1):
         jumps = min(row + 1, search.rows - 1) * search.columns
         repeat_bytes(search.down, jumps + begin, jumps + end, scratch.jumps, 0)
         at, out = start + (row - first) * size, row * search.columns + begin
-        middle = in_registers(_choose_four, search.small, blocks, search, scratch, low, width, at,
-                              size, out)
-        _choose_columns(search, scratch, blocks, low, middle, width, at, out)
-        _hand_over(search, out, width, low, high, scratch)
-
-
-@inlined
-def _carry_tile(search, scratch, tile, tile_row, new_tile_row, paths):
-    """Carry the vertical paths of a tile's columns to the window of the tile below or above."""
-    begin, end = columns_of(search, tile)
-    low, blocks, _ = window_of(search, tile_row, tile)
-    new_low, new_blocks, _ = window_of(search, new_tile_row, tile)
-    if new_low == low and new_blocks == blocks:
-        return
-    for column in range(end - begin):
-        carry(paths + LANES * blocks * column, (low, blocks),
-              scratch.carried + LANES * new_blocks * column, (new_low, new_blocks),
-              scratch.labels)
-    copy(scratch.carried, paths, LANES * new_blocks * (end - begin))
+        middle = in_registers(_choose_four, search.small, blocks, search, scratch, width, at, size,
+                              out)
+        _choose_columns(search, scratch, blocks, middle, width, at, out)
+        _hand_over(search, out, width, scratch)
 
 
 @inlined
@@ -208,19 +190,12 @@ def _complete(search, scratch, tile, tile_row):
     first, last = tile_row * search.tile, min((tile_row + 1) * search.tile, search.rows)
     down = scratch.down + begin * scratch.path_size
     if tile_row == 0:
-        clear(down, 0, window_of(search, 0, tile)[1] * (end - begin))
-    else:
-        _carry_tile(search, scratch, tile, tile_row - 1, tile_row, down)
+        clear(down, 0, search.blocks * (end - begin))
     _add_downwards(search, scratch, tile, first, last, down)
     start = min((tile_row + 1) * search.tile + OVERLAP, search.rows) - 1
-    clear(scratch.up, 0, window_of(search, start // search.tile, tile)[1] * (end - begin))
-    # on to last - 1, into whose window the paths are carried too
-    for row in range(start, last - 2, -1):
-        if row < start and (row + 1) % search.tile == 0:
-            _carry_tile(search, scratch, tile, row // search.tile + 1, row // search.tile,
-                        scratch.up)
-        if row >= last:
-            _step_upwards(search, scratch, tile, row)
+    clear(scratch.up, 0, search.blocks * (end - begin))
+    for row in range(start, last - 1, -1):
+        _step_upwards(search, scratch, tile, row)
     _choose_rows(search, scratch, tile, first, last)
 
 

@@ -1,49 +1,10 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""The disparity range of each tile and the prior of the full search, from the half-size map."""
+"""The prior of the full search, from the half-size map."""
 from fuzzy_stereo_ros.matching.kernels.compiled import kernel
 from fuzzy_stereo_ros.matching.kernels.rows import copy_row
-from fuzzy_stereo_ros.matching.kernels.scanlines.volume import blocks_of
-from fuzzy_stereo_ros.matching.kernels.simd import LANES
 from fuzzy_stereo_ros.matching.kernels.units import INVALID, STEPS
 import numpy as np
-
-
-@kernel
-def tile_windows(half, half_disparities, disparities, tile, grow, margin, low, blocks, first,
-                 last):
-    """
-    Write the label range that each tile searches: that of the half map around it, and a margin.
-
-    half: (r, c) labels at half size, of half_disparities; tile, grow: pixels of the full image,
-    even; low, blocks: int64 (tile rows, tile columns), first label and number of blocks of 32;
-    first, last: rows of tiles
-    """
-    rows, columns = half.shape
-    for tile_row in range(first, last):
-        for tile_column in range(low.shape[1]):
-            least, largest = disparities, 0
-            top, left = tile_row * tile, tile_column * tile
-            begin, end = max(left - grow, 0) // 2, min((left + tile + grow) // 2, columns)
-            below = min((top + tile + grow) // 2, rows) if begin < end else 0
-            for row in range(max(top - grow, 0) // 2, below):
-                line = half[row, begin:end]
-                lowest = highest = line[0]
-                for column in range(len(line)):
-                    lowest, highest = min(lowest, line[column]), max(highest, line[column])
-                least = min(least, 2 * np.int64(lowest))
-                largest = max(largest, 2 * np.int64(highest) + 1)
-            if largest < least:
-                least, largest = 0, disparities - 1
-            # the half map may end before the full one does
-            beyond = largest + margin >= 2 * half_disparities
-            least = max(least - margin, 0)
-            largest = disparities - 1 if beyond else min(largest + margin, disparities - 1)
-            number = blocks_of(largest - least + 1)
-            spare = LANES * number - (largest - least + 1)
-            lowest_label = min(least - spare // 2, disparities - LANES * number)
-            low[tile_row, tile_column] = max(lowest_label, 0)
-            blocks[tile_row, tile_column] = number
 
 
 @kernel
@@ -104,16 +65,16 @@ def flat(labels, most, smooth, first, last):
 
 
 @kernel(allocates=True)
-def half_prior(half, found, weak, smooth, clear, prior, first, last):
+def half_prior(half, found, weak, smooth, clear, of_weak, prior, first, last):
     """
-    Spread the half map, doubled, as a prior: weight 1 where it can be relied on, else 0.
+    Spread the half map, doubled, as a prior: of a weight where it can be relied on, else 0.
 
     A label that the median has not changed is doubled with its sub-pixel offset. Labels found with
     a margin below `clear` are left out: a prior without evidence would look like evidence.
 
     half, weak, smooth: (r, c); found: (r, c) each, labels, offsets and margins of the search, and
-    the validity of its labels; prior: labels and weights, (R, C), R in (2 r, 2 r + 1); first,
-    last: rows of the half map.
+    the validity of its labels; of_weak: the weight; prior: labels and weights, (R, C), R in
+    (2 r, 2 r + 1); first, last: rows of the half map.
     """
     labels, weights = prior
     rows, columns = half.shape
@@ -124,9 +85,9 @@ def half_prior(half, found, weak, smooth, clear, prior, first, last):
             label, offset = half[row, column], offsets[row, column]
             further = np.int32(offset > STEPS // 4) - np.int32(offset < -STEPS // 4)
             doubled[column] = 2 * np.int32(label) + further * (label == first_labels[row, column])
-            weight[column] = (weak[row, column] & smooth[row, column]
-                              & (validity[row, column] != INVALID)
-                              & (margins[row, column] >= clear))
+            weight[column] = of_weak * (weak[row, column] & smooth[row, column]
+                                        & (validity[row, column] != INVALID)
+                                        & (margins[row, column] >= clear))
         line, weight_line = labels[2 * row], weights[2 * row]
         for column in range(columns):
             line[2 * column] = line[2 * column + 1] = doubled[column]

@@ -3,38 +3,31 @@
 """
 Costs of some rows, then the paths that come from left and right: rows are independent.
 
-Up to four rows at once, so that their paths are in step.
+Up to eight rows at once, so that their paths are in step and hide each other's latency. With one,
+two or four blocks of labels the paths stay in registers.
 """
-from fuzzy_stereo_ros.matching.kernels.addresses import load_long, repeat_bytes
+from fuzzy_stereo_ros.matching.kernels.addresses import repeat_bytes, splat_word
 from fuzzy_stereo_ros.matching.kernels.compiled import called, inlined
 from fuzzy_stereo_ros.matching.kernels.possibility.costs import box_row, raw_row
-from fuzzy_stereo_ros.matching.kernels.scanlines.steps import carry, clear, in_registers
-from fuzzy_stereo_ros.matching.kernels.scanlines.tile_paths import (
-    cost_rows, costs_and_rightwards_four, leftwards, leftwards_eight, rightwards, rightwards_four,
-    ROWS_AT_ONCE, TileRows)
-from fuzzy_stereo_ros.matching.kernels.scanlines.volume import (
-    columns_of, row_start, window_of)
-from fuzzy_stereo_ros.matching.kernels.simd import LANES
+from fuzzy_stereo_ros.matching.kernels.scanlines.four import (
+    add_four, advance_four, load_four, splat_four, store_four, without_least)
+from fuzzy_stereo_ros.matching.kernels.scanlines.steps import clear, in_registers, step
+from fuzzy_stereo_ros.matching.kernels.scanlines.volume import row_start
+from fuzzy_stereo_ros.matching.kernels.simd import LANES, lanes_of, splat
+import numpy as np
+
+ROWS_AT_ONCE = 8     # of which paths from the left take four
 
 
 @called
-def _fill_box_costs(search, scratch, row, is_start):
-    """Write a row of sums of 3 x 3 pixels / 2**box, without priors, all tiles alike."""
-    raw, blocks = scratch.raw_rows, window_of(search, 0, 0)[1]
+def _fill_costs(search, scratch, row, is_start):
+    """Write a row of sums of 3 x 3 pixels / 2**box."""
+    raw, blocks = scratch.raw_rows, search.blocks
     size, newest = search.columns * LANES * blocks, min(row + 1, search.rows - 1)
     for near in range(max(row - 1, 0) if is_start else newest, newest + 1):
         raw_row(search, near, blocks, raw, near % 3 * size, scratch.codes)
     box_row(search, raw + max(row - 1, 0) % 3 * size, raw + row % 3 * size,
             raw + newest % 3 * size, blocks, scratch.costs, row_start(search, scratch, row))
-
-
-@inlined
-def _enter_tile(paths, size, count, window, previous, labels):
-    """Carry the horizontal paths of some rows into the window of a tile."""
-    new, old = window[:2], previous[:2]
-    if new[0] != old[0] or new[1] != old[1]:
-        for near in range(count):
-            carry(paths + near * size, old, paths + near * size, new, labels)
 
 
 @inlined
@@ -48,55 +41,60 @@ def _begin_paths(search, scratch, row, count):
 
 
 @inlined
-def _rows_of(search, scratch, row, tile, offset):
-    """Return the TileRows of a tile whose costs lie at an offset in those of the rows."""
-    begin, end = columns_of(search, tile)
-    at = row_start(search, scratch, row) + offset
-    return TileRows(
-        begin, end, load_long(search.row_size, row // search.tile), scratch.costs + at,
-        scratch.sums + at, scratch.row_words, scratch.jumps, scratch.path_size, scratch.row_paths,
-        search.small)
+def _rightwards_four(penalty, search, scratch, start):
+    """
+    Run the paths from the left through four rows; they begin the sums.
+
+    penalty: P1, a vector of all labels; start: of the first row, see row_start. Returns the number
+    of columns.
+    """
+    at, paths = start, load_four(penalty, scratch.row_paths, 0, scratch.path_size)
+    for column in range(search.columns):
+        paths = advance_four(
+            paths, splat_four(penalty, scratch.jumps, column, scratch.row_words), penalty,
+            load_four(penalty, scratch.costs, at, search.row_size))
+        store_four(scratch.sums, at, search.row_size, paths)
+        paths = without_least(paths)
+        at += lanes_of(penalty)
+    return search.columns
 
 
 @inlined
-def _run_rightwards(search, scratch, row, count):
-    """Write the costs of up to four rows, but of boxes, and begin the sums from the left."""
-    paths, size, tile_row = scratch.row_paths, scratch.path_size, row // search.tile
-    _begin_paths(search, scratch, row, count)
-    previous = window_of(search, tile_row, 0)
-    for tile in range(search.tile_columns):
-        window = window_of(search, tile_row, tile)
-        _enter_tile(paths, size, count, window, previous, scratch.labels)
-        low, blocks, offset = previous = window
-        rows = _rows_of(search, scratch, row, tile, offset)
-        done = 0
-        if count == 4 and search.box > 0:
-            done = in_registers(rightwards_four, search.small, blocks, rows)
-        elif count == 4:
-            done = in_registers(costs_and_rightwards_four, search.small, blocks, search, scratch,
-                                rows, row, low)
-        if done == 0:
-            if search.box == 0:
-                cost_rows(search, scratch, rows, row, count, low, blocks)
-            rightwards(rows, blocks, count)
+def _left_four(penalty, search, scratch, start, paths, row, column):
+    """Move four paths from the right on to a column of the rows from `row` on; return them."""
+    at = start + row * search.row_size + lanes_of(penalty) * column
+    paths = advance_four(
+        paths, splat_four(penalty, scratch.jumps, row * scratch.row_words + column + 1,
+                          scratch.row_words),
+        penalty, load_four(penalty, scratch.costs, at, search.row_size))
+    store_four(scratch.sums, at, search.row_size,
+               add_four(load_four(penalty, scratch.sums, at, search.row_size), paths))
+    return without_least(paths)
 
 
 @inlined
-def _run_leftwards(search, scratch, row, count):
-    """Add the paths from the right to the sums of up to ROWS_AT_ONCE rows."""
-    paths, size, tile_row = scratch.row_paths, scratch.path_size, row // search.tile
-    _begin_paths(search, scratch, row, count)
-    previous = window_of(search, tile_row, search.tile_columns - 1)
-    for tile in range(search.tile_columns - 1, -1, -1):
-        window = window_of(search, tile_row, tile)
-        _enter_tile(paths, size, count, window, previous, scratch.labels)
-        _, blocks, offset = previous = window
-        rows = _rows_of(search, scratch, row, tile, offset)
-        done = 0
-        if count == ROWS_AT_ONCE:
-            done = in_registers(leftwards_eight, search.small, blocks, rows)
-        if done == 0:
-            leftwards(rows, blocks, count)
+def _leftwards_eight(penalty, search, scratch, start):
+    """Run the paths from the right through eight rows and add them to the sums, see above."""
+    upper = load_four(penalty, scratch.row_paths, 0, scratch.path_size)
+    lower = load_four(penalty, scratch.row_paths, 4 * scratch.path_size, scratch.path_size)
+    for column in range(search.columns - 1, -1, -1):
+        upper = _left_four(penalty, search, scratch, start, upper, 0, column)
+        lower = _left_four(penalty, search, scratch, start, lower, 4, column)
+    return search.columns
+
+
+@called
+def _run(search, scratch, start, count, leftwards):
+    """Run the paths along some rows, of any number of labels; leftwards they add to the sums."""
+    penalty, size = splat(np.uint8(search.small)), LANES * search.blocks
+    for number in range(search.columns):
+        column = search.columns - 1 - number if leftwards else number
+        for row in range(count):
+            at = start + row * search.row_size + column * size
+            jump = splat_word(penalty, scratch.jumps,
+                              row * scratch.row_words + column + (1 if leftwards else 0))
+            step(scratch.row_paths + row * scratch.path_size, search.blocks, jump, penalty,
+                 scratch.costs + at, scratch.sums + at, not leftwards)
 
 
 @called
@@ -105,10 +103,17 @@ def across(search, scratch, first, last):
     row = first
     while row < last:
         count = min(ROWS_AT_ONCE, min((row // search.tile + 1) * search.tile, last) - row)
-        if search.box > 0:
-            for near in range(row, row + count):
-                _fill_box_costs(search, scratch, near, near == first)
+        for near in range(row, row + count):
+            _fill_costs(search, scratch, near, near == first)
         for near in range(row, row + count, 4):
-            _run_rightwards(search, scratch, near, min(4, row + count - near))
-        _run_leftwards(search, scratch, row, count)
+            number, start = min(4, row + count - near), row_start(search, scratch, near)
+            _begin_paths(search, scratch, near, number)
+            if number < 4 or in_registers(_rightwards_four, search.small, search.blocks, search,
+                                          scratch, start) == 0:
+                _run(search, scratch, start, number, False)
+        start = row_start(search, scratch, row)
+        _begin_paths(search, scratch, row, count)
+        if count < ROWS_AT_ONCE or in_registers(_leftwards_eight, search.small, search.blocks,
+                                                search, scratch, start) == 0:
+            _run(search, scratch, start, count, True)
         row += count

@@ -18,10 +18,10 @@ import numpy as np
 @inlined
 def in_registers(work, small, blocks, *arguments):
     """
-    Return work(P1, *arguments), the number of columns done, for a window of 1, 2 or 4 blocks.
+    Return work(P1, *arguments), the number of columns done, for 1, 2 or 4 blocks of labels.
 
-    P1 is a vector of all labels of the window, whose paths so stay in registers. Other windows
-    have too many labels for that: return 0.
+    P1 is a vector of all labels, whose paths so stay in registers. Other numbers of labels are too
+    large for that: return 0.
     """
     penalty = splat(np.uint8(small))
     if blocks == 1:
@@ -73,33 +73,7 @@ def step(path, blocks, jump, penalty, costs, sums, begins):
 
 
 @inlined
-def copy(paths, target, size):
-    """Copy paths from address to address, `size` bytes rounded up to whole vectors."""
-    for at in range(0, size, LANES):
-        store(target, at, load(paths, at))
-
-
-@inlined
 def clear(path, at, blocks):
     """Write 0, the cost of each label where a path begins, to `blocks` blocks at path + at."""
     for block in range(blocks):
         store(path, at + LANES * block, splat(np.uint8(0)))
-
-
-@inlined
-def carry(path, window, new_path, new_window, labels):
-    """
-    Carry the paths of a pixel from the window of one tile to that of the next, 255 where new.
-
-    path, new_path: addresses; window, new_window: first label and number of blocks; labels: uint8,
-    working memory, at least 32 * blocks + 128.
-    """
-    (low, blocks), (new_low, new_blocks) = window, new_window
-    full = splat(np.uint8(255))
-    store(labels, 0, full)
-    for block in range(blocks):
-        store(labels, LANES * (block + 1), load(path, LANES * block))
-    store(labels, LANES * (blocks + 1), full)
-    for block in range(new_blocks):
-        start = min(max(new_low + LANES * block - low, -LANES), LANES * blocks)
-        store(new_path, LANES * block, load(labels, LANES + start))

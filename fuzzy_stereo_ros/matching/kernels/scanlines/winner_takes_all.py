@@ -10,8 +10,9 @@ from fuzzy_stereo_ros.matching.kernels.addresses import (
     load_byte, load_short, store_byte, store_short)
 from fuzzy_stereo_ros.matching.kernels.compiled import inlined
 from fuzzy_stereo_ros.matching.kernels.simd import (
-    at_most, bit_or, equal_bits, first_set, lane_numbers, LANES, load, lowest, minimum, splat,
-    subtract)
+    absolute_difference, add, at_most, bit_and, bit_or, choose, equal_bits, first_set,
+    lane_numbers, LANES, less, load, lowest, maximum, minimum, narrow, shift_left, splat,
+    splat_like, subtract, widen)
 from fuzzy_stereo_ros.matching.kernels.units import STEPS
 import numpy as np
 
@@ -19,6 +20,7 @@ import numpy as np
 MIDDLE = 4 * LANES
 NEAR_LABELS = np.zeros(3 * MIDDLE, np.uint8)
 NEAR_LABELS[MIDDLE - 1:MIDDLE + 2] = 255
+HIDES = 8           # summed cost by which a pixel may be dearer than one that it hides
 
 
 @inlined
@@ -36,6 +38,26 @@ def fit_offsets(below, least, above, width, offsets):
         half = rise >> 1 if step > 0 else -(rise >> 1)
         store_byte(offsets, column, np.int32(
             np.float32(STEPS // 2 * step + half) / np.float32(max(rise, 1))))
+
+
+@inlined
+def fitted_offsets(below, least, above):
+    """
+    Return the minima of two lines of equal slope through three sums, in 1 / STEPS px, rounded.
+
+    All are vectors of bytes, the offsets with a sign; 0 where a sum beside the least is 255.
+    """
+    highest, one = maximum(below, above), splat_like(least, 1)
+    twice = shift_left(widen(absolute_difference(below, above)), 4)      # STEPS times
+    rise = widen(maximum(subtract(highest, least), one))
+    limit, more, offset = rise, add(rise, rise), subtract(rise, rise)
+    for _ in range(STEPS // 2):
+        offset = subtract(offset, at_most(limit, twice))
+        limit = add(limit, more)
+    offset = narrow(offset)
+    away = subtract(subtract(one, one), offset)
+    return bit_and(less(highest, splat_like(least, 255)),
+                   choose(less(above, below), offset, away))
 
 
 @inlined
@@ -78,21 +100,21 @@ def choose_of_target(labels, label_bytes, sums, columns, offers, target, target_
     """
     Give each target pixel the label of the cheapest pixel that points at it.
 
-    All but the sizes are addresses of a row. labels: of 1 or 2 bytes; sums: uint8; offers:
-    uint16, working memory; target: uint8, labels modulo 256, 0 where no pixel points; its last
-    columns are those of the pixels, any more come before them. Ties go to the
-    larger label modulo 256.
+    The nearer of two that point at one pixel hides the other: it may cost HIDES more. All but the
+    sizes are addresses of a row. labels: of 1 or 2 bytes; sums: uint8; offers: uint16, working
+    memory; target: uint8, labels modulo 256, 0 where no pixel points; its last columns are those
+    of the pixels, any more come before them.
     """
     extra = target_columns - columns
     for column in range(target_columns):
-        store_short(offers, column, np.uint16(2**16 - 1))
-    for column in range(columns):
+        store_short(offers, column, np.uint16(2**15))
+        store_byte(target, column, np.uint8(0))
+    for column in range(columns):       # the nearer of two comes later
         label = np.int64(load_byte(labels, column)) if label_bytes == 1 else np.int64(
             load_short(labels, column))
         pointed = column - label + extra
         if pointed >= 0:
-            offer = 256 * np.int64(load_byte(sums, column)) + 255 - (label & 255)
-            known = np.int64(load_short(offers, pointed))
-            store_short(offers, pointed, min(offer, known))
-    for column in range(target_columns):
-        store_byte(target, column, 255 - np.int64(load_short(offers, column) & 255))
+            here, known = np.int64(load_byte(sums, column)), np.int64(load_short(offers, pointed))
+            taken = here <= known + HIDES
+            store_short(offers, pointed, here if taken else known)
+            store_byte(target, pointed, label if taken else np.int64(load_byte(target, pointed)))

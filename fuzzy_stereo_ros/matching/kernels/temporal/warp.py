@@ -190,12 +190,12 @@ def _or_far(label):
 
 
 @kernel(allocates=True)
-def moved_prior(moved, highest, above, known, weights, labels, first, last):
+def moved_prior(moved, highest, by_strength, known, weights, labels, first, last):
     """
     Spread the moved map to full size, where there is no prior yet.
 
     moved: float32 (r, c), labels, and uint8 (r, c), their strengths; highest: the last label;
-    above: is added to strengths, which makes them weights; known: (R, C), labels that the weights
+    by_strength: uint8, the weights of strengths; known: (R, C), labels that the weights
     belong to; weights: uint8 (R, C), 0 where there is none, written; labels: (R, C), written; the
     half rows first .. last.
     """
@@ -204,8 +204,7 @@ def moved_prior(moved, highest, above, known, weights, labels, first, last):
     near, weight = np.empty(columns, labels.dtype), np.empty(columns, np.uint8)
     for row in range(first, last):
         for column in range(columns):
-            strength = strengths[row, column]
-            weight[column] = above + strength if strength > 0 else 0
+            weight[column] = by_strength[strengths[row, column]]
             near[column] = min(np.int32(moved_labels[row, column] + np.float32(0.5)), highest)
         for full in range(2 * row, labels.shape[0] if row == rows - 1 else 2 * row + 2):
             line, weight_line, known_line = labels[full], weights[full], known[full]

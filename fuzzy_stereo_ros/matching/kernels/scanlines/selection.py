@@ -1,0 +1,390 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""
+Selection: of the genes of its tile each cell gets the one whose sum of four paths is least.
+
+Paths and sums are those of `steps`, among the genes of tiles alone: a path that enters another
+tile goes on in the genes that both have, and by a jump in others. Vectors hold cells, not labels:
+of a row of a tile for vertical paths, from its last column to the left, since the target pixels
+that a gene points at lie side by side then; of a column for horizontal paths. In memory a gene of
+a tile has a square of 32 x 32 bytes, the vectors of the rows one behind the other.
+"""
+from typing import NamedTuple
+
+from fuzzy_stereo_ros.matching.kernels.addresses import (
+    load_byte, load_long, load_short, store_byte, store_short)
+from fuzzy_stereo_ros.matching.kernels.compiled import called, inlined, kernel
+from fuzzy_stereo_ros.matching.kernels.possibility.costs import (
+    cuts_of, DEAD_ZONE, Features, raw_costs)
+from fuzzy_stereo_ros.matching.kernels.scanlines.tile_genes import (
+    MOST_GENES, seen_size, SIDE, Tiles)
+from fuzzy_stereo_ros.matching.kernels.scanlines.transpose import SQUARE, transpose
+from fuzzy_stereo_ros.matching.kernels.scanlines.winner_takes_all import (
+    choose_of_target, fitted_offsets)
+from fuzzy_stereo_ros.matching.kernels.simd import (
+    add, bit_and, bit_or, choose, LANES, less, load_like, minimum, narrow, reversed_lanes,
+    saturating_add, saturating_subtract, shift_left, shift_right, splat, splat_like, store,
+    subtract, widen)
+import numpy as np
+
+PATHS = (MOST_GENES + 2) * LANES    # bytes of the paths to a row or column of a tile
+
+
+class Found(NamedTuple):
+    """What a selection reads and writes; all but numbers are addresses."""
+
+    rows: int
+    small: int               # P1
+    across: int              # P2, see Penalties
+    down: int
+    label_bytes: int         # 1 or 2, of labels here
+    half_labels: int         # the priors, see Prior
+    half_weights: int
+    previous_labels: int
+    previous_weights: int
+    costs: int               # SQUARE bytes a gene, see Tiles.places
+    sums: int
+    labels: int              # see SearchResult
+    offsets: int
+    least: int
+    margins: int
+    target: int
+    target_columns: int
+
+
+class Scratch(NamedTuple):
+    """Addresses of the working memory of a call, see `scratch_sizes`."""
+
+    seen: int                # marks of labels, of tile_genes.py
+    paths: int               # to a row or a column of a tile, between two that cost 255
+    carried: int             # the same, while they are carried to another tile
+    steps: int               # P1 from the gene before, 255 where that is not beside it
+    spare: int               # two vectors
+    offers: int              # uint16: what the target's pixels are offered
+    squares: int             # costs of a tile, by columns
+    jumps: int               # P2 along the rows of a row of tiles, by columns
+
+
+def scratch_sizes(disparities, tile_columns, target_columns):
+    """Return the bytes of each part of a Scratch."""
+    return Scratch(seen_size(disparities), PATHS, PATHS, PATHS, 2 * LANES, 2 * target_columns,
+                   MOST_GENES * SQUARE, tile_columns * SQUARE)
+
+
+@inlined
+def _pixels(kind, numbers, number_bytes, at, end, spare):
+    """
+    Return 32 bytes of a row, the low ones of numbers, from column end - 1 to the left.
+
+    at: index of column 0; columns before it repeat it
+    """
+    if end >= LANES and number_bytes == 1:
+        pixels = load_like(kind, numbers, at + end - LANES)
+    elif end >= LANES:
+        pixels = narrow(load_like(widen(kind), numbers, 2 * (at + end - LANES)))
+    else:
+        for lane in range(LANES):
+            store_byte(spare, lane, load_byte(
+                numbers, number_bytes * (at + max(end - LANES + lane, 0))))
+        pixels = load_like(kind, spare, 0)
+    return reversed_lanes(pixels, pixels)
+
+
+@inlined
+def _prior_costs(label, prior):
+    """Return what a prior adds to the cost of a label: vectors of its labels, dead zone, cut."""
+    known, dead_zone, cut = prior
+    away = minimum(subtract(known, label), subtract(label, known))      # modulo 256
+    return minimum(saturating_subtract(away, dead_zone), cut)
+
+
+@inlined
+def _prior(kind, labels, weights, label_bytes, at, end, spare):
+    """Return the labels, the dead zones and the cuts of a prior in a row of a tile."""
+    weight = _pixels(kind, weights, 1, at, end, spare)
+    return (_pixels(kind, labels, label_bytes, at, end, spare), shift_right(weight, DEAD_ZONE),
+            bit_and(weight, splat_like(kind, 2**DEAD_ZONE - 1)))
+
+
+@called
+def _fill(features, found, genes, count, top, below, end, costs, spare):
+    """Write the costs of the genes of a tile, whose last column is end - 1, priors included."""
+    kind = splat(np.uint8(0))
+    cuts, stride = cuts_of(features, kind), features.census_stride
+    pointed, target_stride = features.columns - end, features.target_stride
+    for row in range(top, below):
+        code = (_pixels(kind, features.census, 1, 3 * row * stride, end, spare),
+                _pixels(kind, features.census, 1, (3 * row + 1) * stride, end, spare),
+                _pixels(kind, features.census, 1, (3 * row + 2) * stride, end, spare))
+        slope = _pixels(kind, features.slopes, 1, row * features.slope_stride, end, spare)
+        at = row * features.columns
+        half = _prior(kind, found.half_labels, found.half_weights, found.label_bytes, at, end,
+                      spare)
+        previous = _prior(kind, found.previous_labels, found.previous_weights, found.label_bytes,
+                          at, end, spare)
+        for index in range(count):
+            label = np.int64(load_short(genes, index))
+            place = row * target_stride + pointed + label
+            cost = raw_costs(features.target_census, place + 2 * row * target_stride,
+                             target_stride, features.target_slopes, place, code, slope, cuts)
+            low = splat_like(kind, label)
+            store(costs, index * SQUARE + (row - top) * LANES, add(cost, add(
+                _prior_costs(low, half), _prior_costs(low, previous))))
+
+
+@inlined
+def _enter(found, genes, count, scratch):
+    """Write the steps between the genes of a tile."""
+    kind = splat(np.uint8(0))
+    before = np.int64(-2)
+    for index in range(count):
+        label = np.int64(load_short(genes, index))
+        store(scratch.steps, index * LANES, splat_like(
+            kind, found.small if label == before + 1 else 255))
+        before = label
+    store(scratch.steps, count * LANES, splat_like(kind, 255))
+
+
+@inlined
+def _begin(found, tiles, tile, scratch):
+    """Begin the paths of a tile with 0; a path that costs 255 lies before and behind them."""
+    kind, count = splat(np.uint8(0)), load_long(tiles.counts, tile)
+    for index in range(1, count + 1):
+        store(scratch.paths, index * LANES, kind)
+    store(scratch.paths, 0, splat_like(kind, 255))
+    store(scratch.paths, (count + 1) * LANES, splat_like(kind, 255))
+    _enter(found, tiles.genes + 2 * MOST_GENES * tile, count, scratch)
+    return kind
+
+
+@called
+def _carry(found, tiles, tile, other, least, scratch):
+    """
+    Carry the paths of a tile to another one: 255 where it lacks a gene; return their least, 0.
+
+    least: the least of the paths, which is taken off
+    """
+    count, number = load_long(tiles.counts, tile), load_long(tiles.counts, other)
+    genes = tiles.genes + 2 * MOST_GENES * tile
+    others, full = tiles.genes + 2 * MOST_GENES * other, splat_like(least, 255)
+    at = 0
+    for index in range(number):
+        label = load_short(others, index)
+        while at < count and load_short(genes, at) < label:
+            at += 1
+        path = full
+        if at < count and load_short(genes, at) == label:
+            path = saturating_subtract(load_like(least, scratch.paths, (at + 1) * LANES), least)
+        store(scratch.carried, index * LANES, path)
+    for index in range(number):
+        store(scratch.paths, (index + 1) * LANES,
+              load_like(least, scratch.carried, index * LANES))
+    store(scratch.paths, (number + 1) * LANES, full)
+    _enter(found, others, number, scratch)
+    return subtract(least, least)
+
+
+@inlined
+def _moved_on(before, here, after, step, next_step, jump, cost):
+    """Return the path of a gene moved on, see steps.py: of the paths of the genes beside it."""
+    beside = minimum(saturating_add(before, step), saturating_add(after, next_step))
+    return saturating_add(minimum(minimum(here, jump), beside), cost)
+
+
+@inlined
+def _move(count, scratch, jump, least, costs, sums, begins):
+    """
+    Move the paths of all genes of a tile on, and begin sums or add to them; return the least.
+
+    jump, least: vectors of P2 and of the least of the paths before; costs, sums: of the first gene
+    """
+    full = splat_like(jump, 255)
+    before, here = full, saturating_subtract(load_like(jump, scratch.paths, LANES), least)
+    step, smallest = full, full
+    for index in range(count):
+        after = saturating_subtract(load_like(jump, scratch.paths, (index + 2) * LANES), least)
+        next_step = load_like(jump, scratch.steps, (index + 1) * LANES)
+        path = _moved_on(before, here, after, step, next_step, jump,
+                         load_like(jump, costs, index * SQUARE))
+        store(scratch.paths, (index + 1) * LANES, path)
+        store(sums, index * SQUARE, path if begins else saturating_add(
+            path, load_like(jump, sums, index * SQUARE)))
+        smallest = minimum(smallest, path)
+        before, here, step = here, after, next_step
+    return smallest
+
+
+@inlined
+def _move_across(tiles, tile, width, scratch, jump, least, costs, sums, leftwards):
+    """Move the paths along the rows through a tile; return the last jump and the least path."""
+    count, jumps = load_long(tiles.counts, tile), scratch.jumps + tile % tiles.columns * SQUARE
+    for near in range(width):
+        column = near if leftwards else width - 1 - near
+        here = load_like(jump, jumps, column * LANES)
+        least = _move(count, scratch, jump if leftwards else here, least,
+                      costs + column * LANES, sums + column * LANES, not leftwards)
+        jump = here
+    return jump, least
+
+
+@kernel
+def sum_across(features, found, tiles, scratch, first, last):
+    """
+    Write the costs of the genes of the rows of tiles first .. last - 1, and sums of their rows.
+
+    features, found, tiles, scratch: the fields of Features, Found, Tiles and Scratch
+    """
+    features, found, tiles = Features(*features), Found(*found), Tiles(*tiles)
+    scratch, kind, columns = Scratch(*scratch), splat(np.uint8(0)), features.columns
+    rows = found.rows
+    for tile_row in range(first, last):
+        top, below = tile_row * SIDE, min((tile_row + 1) * SIDE, rows)
+        least = kind
+        for column in range(tiles.columns):
+            tile, end = tile_row * tiles.columns + column, min((column + 1) * SIDE, columns)
+            count, place = load_long(tiles.counts, tile), load_long(tiles.places, tile) * SQUARE
+            _fill(features, found, tiles.genes + 2 * MOST_GENES * tile, count, top, below, end,
+                  found.costs + place, scratch.spare)
+            for index in range(count):
+                transpose(found.costs + place + index * SQUARE, scratch.squares + index * SQUARE)
+            jumps = scratch.jumps + column * SQUARE
+            for row in range(top, below):
+                store(jumps, (row - top) * LANES, _pixels(
+                    kind, found.across, 1, row * columns, end, scratch.spare))
+            transpose(jumps, jumps)
+            least = (_begin(found, tiles, tile, scratch) if column == 0 else
+                     _carry(found, tiles, tile - 1, tile, least, scratch))
+            _, least = _move_across(tiles, tile, end - column * SIDE, scratch, kind, least,
+                                    scratch.squares, found.sums + place, False)
+        jump = kind
+        for column in range(tiles.columns - 1, -1, -1):
+            tile, end = tile_row * tiles.columns + column, min((column + 1) * SIDE, columns)
+            count, place = load_long(tiles.counts, tile), load_long(tiles.places, tile) * SQUARE
+            for index in range(count):
+                transpose(found.costs + place + index * SQUARE, scratch.squares + index * SQUARE)
+            least = (_begin(found, tiles, tile, scratch) if column == tiles.columns - 1 else
+                     _carry(found, tiles, tile + 1, tile, least, scratch))
+            jump, least = _move_across(tiles, tile, end - column * SIDE, scratch, jump, least,
+                                       scratch.squares, found.sums + place, True)
+            for index in range(count):
+                square = found.sums + place + index * SQUARE
+                transpose(square, square)
+
+
+@inlined
+def _select(genes, count, scratch, jump, least, costs, sums):
+    """
+    Move the upward paths of a row of a tile on, and select; return vectors.
+
+    The least of the paths; the genes selected modulo 256, and / 256; their sums, those of the
+    labels below and above them, 255 where these are no genes; the least sum of all others.
+    """
+    full = splat_like(jump, 255)
+    zero = subtract(jump, jump)
+    before, here = full, saturating_subtract(load_like(jump, scratch.paths, LANES), least)
+    step, smallest = full, full
+    best = former = last = below = above = elsewhere = full
+    took = zero
+    first = np.int64(load_short(genes, 0))
+    low, high = splat_like(jump, first), splat_like(jump, first >> 8)
+    for index in range(count):
+        after = saturating_subtract(load_like(jump, scratch.paths, (index + 2) * LANES), least)
+        next_step = load_like(jump, scratch.steps, (index + 1) * LANES)
+        path = _moved_on(before, here, after, step, next_step, jump,
+                         load_like(jump, costs, index * SQUARE))
+        store(scratch.paths, (index + 1) * LANES, path)
+        smallest = minimum(smallest, path)
+        total = saturating_add(path, load_like(jump, sums, index * SQUARE))
+        better, linked = less(total, best), less(step, full)
+        after_best = bit_and(took, linked)
+        elsewhere = choose(better, choose(linked, former, best),
+                           minimum(elsewhere, bit_or(total, after_best)))
+        below = choose(better, choose(linked, last, full), below)
+        above = choose(better, full, choose(after_best, total, above))
+        label = np.int64(load_short(genes, index))
+        low = choose(better, splat_like(jump, label), low)
+        high = choose(better, splat_like(jump, label >> 8), high)
+        former, last, took = best, total, better
+        best = minimum(best, total)
+        before, here, step = here, after, next_step
+    return smallest, low, high, best, below, above, elsewhere
+
+
+@inlined
+def _write(memory, at, end, width, values, spare):
+    """Write the first lanes, as many as a tile is wide, to a row: the first to column end - 1."""
+    line = reversed_lanes(values, values)
+    if width == LANES:
+        store(memory, at + end - LANES, line)
+    else:
+        store(spare, 0, line)
+        for lane in range(LANES - width, LANES):
+            store_byte(memory, at + end - LANES + lane, load_byte(spare, lane))
+
+
+@inlined
+def _write_labels(found, at, end, width, low, high, spare):
+    """Write the selected labels of a row of a tile, see `_write`."""
+    if found.label_bytes == 1:
+        _write(found.labels, at, end, width, low, spare)
+        return
+    low, high = reversed_lanes(low, low), reversed_lanes(high, high)
+    if width == LANES:
+        store(found.labels, 2 * (at + end - LANES), bit_or(widen(low), shift_left(widen(high), 8)))
+    else:
+        store(spare, 0, low)
+        store(spare, LANES, high)
+        for lane in range(LANES - width, LANES):
+            store_short(found.labels, at + end - LANES + lane, np.uint16(
+                np.int64(load_byte(spare, lane)) + 256 * np.int64(load_byte(spare, LANES + lane))))
+
+
+@kernel
+def select_down(features, found, tiles, scratch, first, last):
+    """
+    Add the vertical paths of the columns of tiles first .. last - 1 to the sums, and select.
+
+    features, found, tiles, scratch: the fields of Features, Found, Tiles and Scratch
+    """
+    features, found, tiles = Features(*features), Found(*found), Tiles(*tiles)
+    scratch, kind, columns = Scratch(*scratch), splat(np.uint8(0)), features.columns
+    for column in range(first, last):
+        begin, end, least = column * SIDE, min((column + 1) * SIDE, columns), kind
+        for tile_row in range(tiles.rows):
+            tile = tile_row * tiles.columns + column
+            least = (_begin(found, tiles, tile, scratch) if tile_row == 0 else
+                     _carry(found, tiles, tile - tiles.columns, tile, least, scratch))
+            count, place = load_long(tiles.counts, tile), load_long(tiles.places, tile) * SQUARE
+            for row in range(tile_row * SIDE, min((tile_row + 1) * SIDE, found.rows)):
+                at = place + row % SIDE * LANES
+                jump = _pixels(kind, found.down, 1, row * columns, end, scratch.spare)
+                least = _move(count, scratch, jump, least, found.costs + at, found.sums + at,
+                              False)
+        jump = kind
+        for tile_row in range(tiles.rows - 1, -1, -1):
+            tile = tile_row * tiles.columns + column
+            least = (_begin(found, tiles, tile, scratch) if tile_row == tiles.rows - 1 else
+                     _carry(found, tiles, tile + tiles.columns, tile, least, scratch))
+            count, place = load_long(tiles.counts, tile), load_long(tiles.places, tile) * SQUARE
+            genes = tiles.genes + 2 * MOST_GENES * tile
+            for row in range(min((tile_row + 1) * SIDE, found.rows) - 1, tile_row * SIDE - 1, -1):
+                at = place + row % SIDE * LANES
+                least, low, high, best, below, above, elsewhere = _select(
+                    genes, count, scratch, jump, least, found.costs + at, found.sums + at)
+                out, width, spare = row * columns, end - begin, scratch.spare
+                _write_labels(found, out, end, width, low, high, spare)
+                _write(found.least, out, end, width, best, spare)
+                _write(found.margins, out, end, width, saturating_subtract(elsewhere, best), spare)
+                _write(found.offsets, out, end, width, fitted_offsets(below, best, above), spare)
+                jump = _pixels(kind, found.down, 1, out, end, spare)
+
+
+@kernel
+def select_of_target(features, found, scratch, first, last):
+    """Select the labels of the target's rows first .. last - 1, once those of the pixels are."""
+    columns, found, scratch = Features(*features).columns, Found(*found), Scratch(*scratch)
+    for row in range(first, last):
+        at = row * columns
+        choose_of_target(found.labels + at * found.label_bytes, found.label_bytes,
+                         found.least + at, columns, scratch.offers,
+                         found.target + row * found.target_columns, found.target_columns)

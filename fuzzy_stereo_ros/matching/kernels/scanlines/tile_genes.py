@@ -1,0 +1,141 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""
+The genes of each tile: what its cells, and those around them, inherit, mutated by one.
+
+Not in the paper, whose cells draw their genes from all labels. A tile is a square of 32 x 32
+pixels. Its cells may exchange their parents' genes, so all of these are candidates of every cell.
+"""
+from typing import NamedTuple
+
+from fuzzy_stereo_ros.matching.kernels.addresses import (
+    load_byte, load_short, store_byte, store_long, store_short)
+from fuzzy_stereo_ros.matching.kernels.compiled import called, inlined, kernel
+from fuzzy_stereo_ros.matching.kernels.simd import (
+    bit_or, equal_bits, first_set, LANES, load, splat, store)
+from fuzzy_stereo_ros.matching.kernels.units import INVALID
+import numpy as np
+
+SIDE = LANES         # pixels of a tile
+MOST_GENES = 254     # of a tile; the largest disparities are dropped
+
+
+class Parent(NamedTuple):
+    """A map that tiles inherit from; labels and validity are addresses."""
+
+    labels: int
+    label_bytes: int         # 1 or 2
+    validity: int            # uint8, labels where it is INVALID are not inherited; 0: all are
+    rows: int
+    columns: int
+    cell: int                # pixels of the image a side of one of its cells: 1 or 2
+    scale: int               # how many labels at full size one of its labels is: 1 or 2
+    grow: int                # pixels around a tile whose genes it inherits
+    choices: int             # int8 of parts of it: 0 stayed in place, 1 moved, -1 is new; 0: all
+    part: int                # pixels of a side of such a part, which divides SIDE
+    down: int                # pixels by which the picture has moved since
+    right: int
+
+
+class Tiles(NamedTuple):
+    """The genes of the tiles of an image; all but numbers are addresses."""
+
+    rows: int                # of tiles
+    columns: int
+    genes: int               # uint16 (tiles, MOST_GENES), labels, ascending
+    counts: int              # int64 (tiles,)
+    places: int              # int64 (tiles + 1,), how many genes the tiles before have
+
+
+@called
+def _inherit(parent, top, left, side, seen, nowhere):
+    """
+    Mark the labels of a parent in a square at seen + label.
+
+    parent: the fields of a Parent; top, left, side: of the square, in the parent's picture;
+    nowhere: the place of labels that are not inherited
+    """
+    parent = Parent(*parent)
+    cell, grow = parent.cell, parent.grow
+    begin, end = max((left - grow) // cell, 0), min((left + side + grow) // cell, parent.columns)
+    for row in range(max((top - grow) // cell, 0), min((top + side + grow) // cell, parent.rows)):
+        at = row * parent.columns
+        if parent.validity != 0:
+            for column in range(begin, end):
+                label = (np.int64(load_byte(parent.labels, at + column))
+                         if parent.label_bytes == 1
+                         else np.int64(load_short(parent.labels, at + column)))
+                valid = load_byte(parent.validity, at + column) != INVALID
+                store_byte(seen, parent.scale * label if valid else nowhere, np.uint8(1))
+        elif parent.label_bytes == 1:
+            for column in range(begin, end):
+                store_byte(seen, parent.scale * np.int64(load_byte(parent.labels, at + column)),
+                           np.uint8(1))
+        else:
+            for column in range(begin, end):
+                store_byte(seen, parent.scale * np.int64(load_short(parent.labels, at + column)),
+                           np.uint8(1))
+
+
+@inlined
+def _inherit_parts(parent, top, left, seen, nowhere):
+    """Mark the labels of a parent in a tile, as far as its parts are not new, see `_inherit`."""
+    known = Parent(*parent)
+    if known.choices == 0:
+        _inherit(parent, top, left, SIDE, seen, nowhere)
+        return
+    part, across = known.part, -(-known.columns // known.part)
+    for row in range(top, min(top + SIDE, known.rows), part):
+        for column in range(left, min(left + SIDE, known.columns), part):
+            choice = np.int64(load_byte(known.choices, row // part * across + column // part))
+            if choice <= 1:
+                _inherit(parent, row - choice * known.down, column - choice * known.right, part,
+                         seen, nowhere)
+
+
+@inlined
+def _mutate(seen, disparities, genes):
+    """Write the labels that are seen, and those beside them, ascending; return how many."""
+    count, found = 0, splat(np.uint8(1))
+    for first in range(0, disparities, LANES):
+        bits = equal_bits(found, bit_or(load(seen, first), bit_or(
+            load(seen, first - 1), load(seen, first + 1))))
+        while bits != 0:
+            label = first + first_set(bits)
+            bits &= bits - np.uint32(1)
+            if label < disparities and count < MOST_GENES:
+                store_short(genes, count, label)
+                count += 1
+    return count
+
+
+@called
+def seen_size(disparities):
+    """Return how many bytes `seen` of list_genes has."""
+    return 5 * LANES + disparities // LANES * LANES
+
+
+@kernel
+def list_genes(parents, tiles, seen, disparities, last_parent, first, last):
+    """
+    List the genes of the tiles of the rows of tiles first .. last - 1.
+
+    parents: the fields of the Parents; tiles: those of Tiles, of which genes and counts are
+    written; seen: address of seen_size bytes; last_parent: the last label that a half-size map can
+    have, which stands for nearer ones: all of these are genes
+    """
+    tiles, size = Tiles(*tiles), seen_size(disparities)
+    memory, seen, nowhere = seen, seen + LANES, size - LANES - 1
+    for tile in range(first * tiles.columns, last * tiles.columns):
+        for place in range(0, size, LANES):
+            store(memory, place, splat(np.uint8(0)))
+        top, left = tile // tiles.columns * SIDE, tile % tiles.columns * SIDE
+        for parent in parents:
+            _inherit_parts(parent, top, left, seen, nowhere)
+        beyond = False
+        for label in range(last_parent, disparities):
+            beyond |= load_byte(seen, label) != 0
+            if beyond:
+                store_byte(seen, label, np.uint8(1))
+        store_long(tiles.counts, tile, _mutate(
+            seen, disparities, tiles.genes + 2 * MOST_GENES * tile))

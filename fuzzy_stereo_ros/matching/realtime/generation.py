@@ -1,0 +1,115 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""
+A frame is a generation: its map is selected among the genes of its parents.
+
+Not in the paper, whose random population does not converge in the time of a frame. The parents
+are the half-size chromosome of this pair, as it was found and as it was smoothed, and the previous
+frame's best, moved into this frame. The cells of a tile exchange their genes (crossover), which
+are changed by one (mutation); the gene whose sum of four scanline paths (Hirschmueller, 2008) is
+least is selected. What is selected is, as it was found, a parent of the next frame.
+"""
+from fuzzy_stereo_ros.matching.arrays import zeros
+from fuzzy_stereo_ros.matching.bands import MOST_PARTS
+from fuzzy_stereo_ros.matching.kernels.addresses import address_of
+from fuzzy_stereo_ros.matching.kernels.possibility.costs import Prior
+from fuzzy_stereo_ros.matching.kernels.scanlines import selection
+from fuzzy_stereo_ros.matching.kernels.scanlines.selection import Found, Scratch, SQUARE
+from fuzzy_stereo_ros.matching.kernels.scanlines.tile_genes import (
+    list_genes, MOST_GENES, Parent, SIDE, Tiles)
+from fuzzy_stereo_ros.matching.kernels.temporal.change_detection import TILE
+from fuzzy_stereo_ros.matching.realtime.scanlines import new_result
+from fuzzy_stereo_ros.matching.realtime.views import half_disparities
+import numpy as np
+
+GROW = 8        # px around a tile whose half-size genes it inherits
+NO_PARENT = Parent(*(0,) * 5, 1, 1, *(0,) * 5)
+SPARE = 4       # by 1 / SPARE more memory is made than a frame needs
+
+
+def parent_of(labels, validity=None, cell=1, scale=1, grow=0, choices=None, shift=(0, 0)):
+    """
+    Return a map as a `Parent`.
+
+    labels: uint8 or uint16 (rows, columns); validity: uint8, alike, which labels are inherited;
+    choices, shift: where the picture stayed or moved, and how far, see `Parent`
+    """
+    validity, choices = (0 if one is None else address_of(one) for one in (validity, choices))
+    return Parent(address_of(labels), labels.itemsize, validity, *labels.shape, cell, scale,
+                  grow, choices, TILE, *shift)
+
+
+class Generation:
+    """
+    The generation of one image size: the genes of its tiles, memory, and what is selected.
+
+    Costs and paths of rows of tiles are independent, and then those of columns of tiles.
+    """
+
+    def __init__(self, possibility):
+        """Allocate for the size of a `CensusPossibility`."""
+        self._possibility, self.chosen = possibility, new_result(possibility)
+        rows, columns = possibility.rows, possibility.columns
+        tiles = self._tiles = -(-rows // SIDE), -(-columns // SIDE)
+        number = tiles[0] * tiles[1]
+        self._last_parent = 2 * (half_disparities(possibility.disparities) - 1)
+        self.genes = zeros((number, MOST_GENES), np.uint16)
+        self.counts, self._places = zeros(number, np.int64), zeros(number + 1, np.int64)
+        self._addresses = tuple(Tiles(
+            *tiles, *map(address_of, (self.genes, self.counts, self._places))))
+        sizes = selection.scratch_sizes(
+            possibility.disparities, tiles[1], self.chosen.target.shape[1])
+        ends = np.cumsum([-(-size // SIDE) * SIDE for size in sizes]).tolist()
+        self._memory = [zeros(ends[-1], np.uint8) for _ in range(MOST_PARTS)]
+        self._scratch = [tuple(Scratch(*(address_of(memory) + start for start in (0, *ends[:-1]))))
+                         for memory in self._memory]
+        self._volume = np.empty((2, 0), np.uint8)
+        self._no_prior = Prior(self.chosen.labels, zeros((rows, columns), np.uint8))
+
+    def select(self, chain, half, previous, prior):
+        """
+        Select the genes of the cells; the `SearchResult` is overwritten by the next generation.
+
+        chain: a Chain, which completes the result; half: the `HalfSizeResult`; previous: the
+        `Parent` of the previous best, None where there is none; prior: the `Prior` of it
+        """
+        parents = (parent_of(half.prior.labels, grow=GROW), parent_of(
+            half.chosen.labels, cell=2, scale=2, grow=GROW), previous or NO_PARENT)
+        parents, features = tuple(map(tuple, parents)), tuple(self._possibility.features)
+        rows, columns = (chain.parts(side * SIDE, SIDE) for side in self._tiles)
+
+        def listed(part):
+            list_genes(parents, self._addresses, self._scratch[part[0]][0],
+                       self._possibility.disparities, self._last_parent, *_tiles_of(part))
+
+        def place(_):
+            np.cumsum(self.counts, out=self._places[1:])
+            self._found = tuple(self._found_by(half.prior, prior))
+        chain.each(listed, rows)
+        chain.each(place, [0])
+        for kernel, parts in (selection.sum_across, rows), (selection.select_down, columns):
+            chain.each(lambda part, kernel=kernel: kernel(
+                features, self._found, self._addresses, self._scratch[part[0]], *_tiles_of(part)),
+                parts)
+        chain.each(lambda part: selection.select_of_target(
+            features, self._found, self._scratch[part[0]], *part[1:]),
+            chain.parts(self._possibility.rows))
+        return self.chosen
+
+    def _found_by(self, half, previous):
+        """Return the `Found` of two priors, with memory for all genes."""
+        possibility, chosen = self._possibility, self.chosen
+        needed = int(self._places[-1]) * SQUARE
+        if self._volume.shape[1] < needed:
+            self._volume = np.empty((2, needed + needed // SPARE), np.uint8)
+        penalties = possibility.penalties
+        return Found(
+            possibility.rows, penalties.small, *map(address_of, (
+                penalties.across, penalties.down)), chosen.labels.itemsize,
+            *map(address_of, (*half, *(previous or self._no_prior), *self._volume, *chosen)),
+            chosen.target.shape[1])
+
+
+def _tiles_of(part):
+    """Return the first and the last row or column of tiles of a part of pixels."""
+    return part[1] // SIDE, -(-part[2] // SIDE)

@@ -1,0 +1,72 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""
+Plain twin of a generation: the genes of tiles, and the choice among them.
+
+Nothing is mirrored or packed: column c of an array is column c of the image.
+"""
+import numpy as np
+from reference_census import summed_passes, winner
+from reference_refinement import INVALID
+
+
+def inherited(parent, top, left, side):
+    """
+    Return the labels that a tile inherits from a parent, as a set.
+
+    parent: labels, validity or None, pixels a side of a cell, scale of labels, pixels that tiles
+    grow by, and None or the choices of parts of the picture, with their side, and the shift.
+    """
+    labels, validity, cell, scale, grow, choices, part, shift = parent
+    if choices is not None:
+        found = set()
+        for row in range(top, min(top + side, len(labels)), part):
+            for column in range(left, min(left + side, labels.shape[1]), part):
+                choice = int(choices[row // part, column // part])
+                if choice >= 0:
+                    found |= inherited((*parent[:5], None, part, shift), row - choice * shift[0],
+                                       column - choice * shift[1], part)
+        return found
+    rows, columns = (slice(max((start - grow) // cell, 0), max((start + side + grow) // cell, 0))
+                     for start in (top, left))
+    found = labels[rows, columns]
+    if validity is not None:
+        found = found[validity[rows, columns] != INVALID]
+    return {scale * int(label) for label in found.flat}
+
+
+def tile_genes(parents, shape, disparities, last_parent, side, most):
+    """Return {(tile row, tile column): its labels, ascending}."""
+    genes = {}
+    for top in range(0, shape[0], side):
+        for left in range(0, shape[1], side):
+            known = set().union(*(inherited(parent, top, left, side) for parent in parents))
+            near = [label for label in known if last_parent <= label < disparities]
+            known |= set(range(min(near), disparities)) if near else set()
+            beside = {label + step for label in known for step in (-1, 0, 1)}
+            genes[top // side, left // side] = sorted(
+                label for label in beside if 0 <= label < disparities)[:most]
+    return genes
+
+
+def selected(costs, genes, across, down, small, side):
+    """
+    Return labels, offsets, sums and margins of what is selected, (R, C) each.
+
+    costs: int64 (R, C, D), priors included; genes: as of tile_genes; across, down: P2
+    """
+    closed, maps = np.ones(costs.shape, bool), [
+        np.zeros(costs.shape[:2], np.int64) for _ in range(4)]
+    for (row, column), labels in genes.items():
+        tile = np.s_[row * side:(row + 1) * side, column * side:(column + 1) * side]
+        closed[tile][..., labels] = False
+    sums = summed_passes(costs, closed, across, down, small, len(costs), 0)
+    for row, column in np.ndindex(costs.shape[:2]):
+        labels = genes[row // side, column // side]
+        found, known = winner(sums[row, column, labels], labels), sums[row, column]
+        beside = [near for near in (found[0] - 1, found[0] + 1) if near in labels]
+        if any(known[near] == 255 for near in beside):      # at least 255: unknown
+            found = found[0], 0, *found[2:]
+        for values, value in zip(maps, found):
+            values[row, column] = value
+    return maps
