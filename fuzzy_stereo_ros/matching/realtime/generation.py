@@ -22,7 +22,7 @@ from fuzzy_stereo_ros.matching.realtime.scanlines import new_result
 from fuzzy_stereo_ros.matching.realtime.views import half_disparities
 import numpy as np
 
-GROW = 8        # px around a tile whose half-size genes it inherits
+GROW = 4        # px around a tile whose smoothed half-size genes it inherits
 NO_PARENT = Parent(*(0,) * 5, 1, 1, *(0,) * 5)
 SPARE = 4       # by 1 / SPARE more memory is made than a frame needs
 
@@ -57,14 +57,20 @@ class Generation:
         self.counts, self._places = zeros(number, np.int64), zeros(number + 1, np.int64)
         self._addresses = tuple(Tiles(
             *tiles, *map(address_of, (self.genes, self.counts, self._places))))
+        self._no_prior = Prior(self.chosen.labels, zeros((rows, columns), np.uint8))
         sizes = selection.scratch_sizes(
             possibility.disparities, tiles[1], self.chosen.target.shape[1])
         ends = np.cumsum([-(-size // SIDE) * SIDE for size in sizes]).tolist()
         self._memory = [zeros(ends[-1], np.uint8) for _ in range(MOST_PARTS)]
-        self._scratch = [tuple(Scratch(*(address_of(memory) + start for start in (0, *ends[:-1]))))
-                         for memory in self._memory]
-        self._volume = np.empty((2, 0), np.uint8)
-        self._no_prior = Prior(self.chosen.labels, zeros((rows, columns), np.uint8))
+        self._own = [[address_of(memory) + start for start in (0, *ends[:-1])]
+                     for memory in self._memory]
+        self._sums, self._lines = np.empty(0, np.uint8), np.empty((MOST_PARTS, 2, 0), np.uint8)
+        self._scratch = self._scratch_of_lines()
+
+    def _scratch_of_lines(self):
+        """Return the Scratch of each part, with the memory for rows and columns of tiles."""
+        return [tuple(Scratch(*own, *map(address_of, lines)))
+                for own, lines in zip(self._own, self._lines)]
 
     def select(self, chain, half, previous, prior):
         """
@@ -73,9 +79,8 @@ class Generation:
         chain: a Chain, which completes the result; half: the `HalfSizeResult`; previous: the
         `Parent` of the previous best, None where there is none; prior: the `Prior` of it
         """
-        parents = (parent_of(half.prior.labels, grow=GROW), parent_of(
-            half.chosen.labels, cell=2, scale=2, grow=GROW), previous or NO_PARENT)
-        parents, features = tuple(map(tuple, parents)), tuple(self._possibility.features)
+        parents = tuple(map(tuple, (*_parents_of(half), previous or NO_PARENT)))
+        features = tuple(self._possibility.features)
         rows, columns = (chain.parts(side * SIDE, SIDE) for side in self._tiles)
 
         def listed(part):
@@ -84,6 +89,7 @@ class Generation:
 
         def place(_):
             np.cumsum(self.counts, out=self._places[1:])
+            self._have_memory()
             self._found = tuple(self._found_by(half.prior, prior))
         chain.each(listed, rows)
         chain.each(place, [0])
@@ -96,18 +102,32 @@ class Generation:
             chain.parts(self._possibility.rows))
         return self.chosen
 
+    def _have_memory(self):
+        """Have memory for the genes listed: sums of all, and costs of a row or column of tiles."""
+        counts = self.counts.reshape(self._tiles)
+        of_all, of_line = (SQUARE * int(number) for number in (
+            counts.sum(), max(counts.sum(axis=0).max(), counts.sum(axis=1).max())))
+        if self._sums.size < of_all:
+            self._sums = np.empty(of_all + of_all // SPARE, np.uint8)
+        if self._lines.shape[2] < of_line:
+            self._lines = np.empty((MOST_PARTS, 2, of_line + of_line // SPARE), np.uint8)
+            self._scratch = self._scratch_of_lines()
+
     def _found_by(self, half, previous):
-        """Return the `Found` of two priors, with memory for all genes."""
+        """Return the `Found` of two priors."""
         possibility, chosen = self._possibility, self.chosen
-        needed = int(self._places[-1]) * SQUARE
-        if self._volume.shape[1] < needed:
-            self._volume = np.empty((2, needed + needed // SPARE), np.uint8)
         penalties = possibility.penalties
         return Found(
             possibility.rows, penalties.small, *map(address_of, (
                 penalties.across, penalties.down)), chosen.labels.itemsize,
-            *map(address_of, (*half, *(previous or self._no_prior), *self._volume, *chosen)),
+            *map(address_of, (*half, *(previous or self._no_prior), self._sums, *chosen)),
             chosen.target.shape[1])
+
+
+def _parents_of(half):
+    """Return a `HalfSizeResult` as parents: as it was found, and as it was smoothed and voted."""
+    return (parent_of(half.prior.labels, grow=GROW),
+            parent_of(half.chosen.labels, cell=2, scale=2))
 
 
 def _tiles_of(part):

@@ -33,7 +33,7 @@ class Selected:
         half, older = self._prior(1), self._prior(2)
         found = self._map(cells, 3, disparities // 2, gene_type(-(-disparities // 2)))
         nowhere = None, TILE, (0, 0)
-        parents = [(half.labels, None, 1, 1, GROW, *nowhere), (found, None, 2, 2, GROW, *nowhere)]
+        parents = [(half.labels, None, 1, 1, GROW, *nowhere), (found, None, 2, 2, 0, *nowhere)]
         before = None
         if previous:
             kind, size, cell = {'full': (gene_type(disparities), shape, 1),

@@ -50,7 +50,7 @@ def sum_blocks(labels, left, right, ends, sums, clipped, first, last):
                 sums[5, block_row, block] += products
 
 
-@kernel
+@kernel(allocates=True)
 def reject_unseen(seen, clipped, weights, validity, first, last):
     """
     Reject the matches of some rows of which the pair shows nothing.
@@ -60,17 +60,22 @@ def reject_unseen(seen, clipped, weights, validity, first, last):
     (R, C), VOTED where a whole region is the evidence; validity: uint8 (R, C), changed
     """
     rows, columns = clipped.shape
+    blind = np.zeros(columns + 2, np.uint8)
+    unseen = np.empty(max(validity.shape[1], 2 * columns), np.uint8)
     for row in range(first, last):
         half = min(row // 2, rows - 1)
         above, here, below = (clipped[max(half - 1, 0)], clipped[half],
                               clipped[min(half + 1, rows - 1)])
         blocks, line, of_prior = seen[half // BLOCK], validity[row], weights[row]
+        for place in range(columns):
+            blind[place + 1] = above[place] & here[place] & below[place]
+        blind[0], blind[columns + 1] = blind[1], blind[columns]
+        for place in range(columns):
+            unseen[2 * place] = unseen[2 * place + 1] = (
+                (blind[place] & blind[place + 1] & blind[place + 2] != 0)
+                | (blocks[place // BLOCK] == 0))
+        unseen[2 * columns:] = unseen[2 * columns - 1]
         for column in range(line.size):
-            if line[column] != CONSISTENT or of_prior[column] == VOTED:
-                continue
-            place = min(column // 2, columns - 1)
-            before, after = max(place - 1, 0), min(place + 1, columns - 1)
-            blind = (above[before] & above[place] & above[after] & here[before] & here[place]
-                     & here[after] & below[before] & below[place] & below[after])
-            if blind or not blocks[place // BLOCK]:
-                line[column] = INVALID
+            rejected = ((line[column] == CONSISTENT) & (of_prior[column] != VOTED)
+                        & (unseen[column] != 0))
+            line[column] = INVALID if rejected else line[column]

@@ -96,13 +96,17 @@ def certainty(sums, margins, half, validity, certain, first, last):
     half_margins, weights = half
     columns, half_columns = sums.shape[1], half_margins.shape[1]
     # of its own: other threads read the rows of `certain` where bands overlap
-    limits = np.empty(columns, np.uint8)
+    width = max(columns, 2 * half_columns)
+    limits = np.empty(width, np.uint8)
     for row in range(first, last):
         clear, of_prior = half_margins[min(row // 2, half_margins.shape[0] - 1)], weights[row]
+        for place in range(half_columns):
+            above = np.int32(clear[place]) - CHANCE
+            limits[2 * place] = limits[2 * place + 1] = min(max(3 * above, 0), 255)
+        limits[2 * half_columns:] = limits[2 * half_columns - 1]
         for column in range(columns):
-            above = np.int32(clear[min(column // 2, half_columns - 1)]) - CHANCE
-            limit = 255 if of_prior[column] == VOTED else min(max(3 * above, 0), 255)
-            limits[column] = np.uint8(limit)
+            if of_prior[column] == VOTED:
+                limits[column] = 255
         for column in range(columns):
             possible = np.float32(256) - np.float32(sums[row, column])
             consistent = np.float32(validity[row, column] == CONSISTENT)

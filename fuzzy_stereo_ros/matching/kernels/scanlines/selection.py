@@ -22,7 +22,7 @@ from fuzzy_stereo_ros.matching.kernels.scanlines.transpose import SQUARE, transp
 from fuzzy_stereo_ros.matching.kernels.scanlines.winner_takes_all import (
     choose_of_target, fitted_offsets)
 from fuzzy_stereo_ros.matching.kernels.simd import (
-    add, bit_and, bit_or, choose, LANES, less, load_like, minimum, narrow, reversed_lanes,
+    add, bit_and, bit_or, choose, equal_bits, LANES, less, load_like, minimum, narrow, reversed_lanes,
     saturating_add, saturating_subtract, shift_left, shift_right, splat, splat_like, store,
     subtract, widen)
 import numpy as np
@@ -42,8 +42,7 @@ class Found(NamedTuple):
     half_weights: int
     previous_labels: int
     previous_weights: int
-    costs: int               # SQUARE bytes a gene, see Tiles.places
-    sums: int
+    sums: int                # SQUARE bytes a gene, see Tiles.places
     labels: int              # see SearchResult
     offsets: int
     least: int
@@ -61,14 +60,15 @@ class Scratch(NamedTuple):
     steps: int               # P1 from the gene before, 255 where that is not beside it
     spare: int               # two vectors
     offers: int              # uint16: what the target's pixels are offered
-    squares: int             # costs of a tile, by columns
     jumps: int               # P2 along the rows of a row of tiles, by columns
+    costs: int               # SQUARE bytes for each gene of a row or column of tiles
+    line_sums: int           # the same, for the genes of a row of tiles
 
 
 def scratch_sizes(disparities, tile_columns, target_columns):
-    """Return the bytes of each part of a Scratch."""
-    return Scratch(seen_size(disparities), PATHS, PATHS, PATHS, 2 * LANES, 2 * target_columns,
-                   MOST_GENES * SQUARE, tile_columns * SQUARE)
+    """Return the bytes of each part of a Scratch but the last two, which depend on the genes."""
+    return (seen_size(disparities), PATHS, PATHS, PATHS, 2 * LANES, 2 * target_columns,
+            tile_columns * SQUARE)
 
 
 @inlined
@@ -93,17 +93,21 @@ def _pixels(kind, numbers, number_bytes, at, end, spare):
 @inlined
 def _prior_costs(label, prior):
     """Return what a prior adds to the cost of a label: vectors of its labels, dead zone, cut."""
-    known, dead_zone, cut = prior
+    known, dead_zone, cut, _ = prior
     away = minimum(subtract(known, label), subtract(label, known))      # modulo 256
     return minimum(saturating_subtract(away, dead_zone), cut)
 
 
 @inlined
 def _prior(kind, labels, weights, label_bytes, at, end, spare):
-    """Return the labels, the dead zones and the cuts of a prior in a row of a tile."""
+    """
+    Return a prior in a row of a tile: labels, dead zones, cuts, and lanes without weight.
+
+    The last has a bit for each lane.
+    """
     weight = _pixels(kind, weights, 1, at, end, spare)
     return (_pixels(kind, labels, label_bytes, at, end, spare), shift_right(weight, DEAD_ZONE),
-            bit_and(weight, splat_like(kind, 2**DEAD_ZONE - 1)))
+            bit_and(weight, splat_like(kind, 2**DEAD_ZONE - 1)), equal_bits(weight, kind))
 
 
 @called
@@ -122,14 +126,16 @@ def _fill(features, found, genes, count, top, below, end, costs, spare):
                       spare)
         previous = _prior(kind, found.previous_labels, found.previous_weights, found.label_bytes,
                           at, end, spare)
+        free = half[3] & previous[3] == np.uint32(2**LANES - 1)
         for index in range(count):
             label = np.int64(load_short(genes, index))
             place = row * target_stride + pointed + label
             cost = raw_costs(features.target_census, place + 2 * row * target_stride,
                              target_stride, features.target_slopes, place, code, slope, cuts)
-            low = splat_like(kind, label)
-            store(costs, index * SQUARE + (row - top) * LANES, add(cost, add(
-                _prior_costs(low, half), _prior_costs(low, previous))))
+            if not free:
+                low = splat_like(kind, label)
+                cost = add(cost, add(_prior_costs(low, half), _prior_costs(low, previous)))
+            store(costs, index * SQUARE + (row - top) * LANES, cost)
 
 
 @inlined
@@ -215,14 +221,19 @@ def _move(count, scratch, jump, least, costs, sums, begins):
 
 
 @inlined
-def _move_across(tiles, tile, width, scratch, jump, least, costs, sums, leftwards):
-    """Move the paths along the rows through a tile; return the last jump and the least path."""
+def _move_across(tiles, tile, width, scratch, jump, least, place, leftwards):
+    """
+    Move the paths along the rows through a tile; return the last jump and the least path.
+
+    place: of the costs and sums of the tile
+    """
     count, jumps = load_long(tiles.counts, tile), scratch.jumps + tile % tiles.columns * SQUARE
     for near in range(width):
         column = near if leftwards else width - 1 - near
         here = load_like(jump, jumps, column * LANES)
         least = _move(count, scratch, jump if leftwards else here, least,
-                      costs + column * LANES, sums + column * LANES, not leftwards)
+                      scratch.costs + place + column * LANES,
+                      scratch.line_sums + place + column * LANES, not leftwards)
         jump = here
     return jump, least
 
@@ -230,7 +241,7 @@ def _move_across(tiles, tile, width, scratch, jump, least, costs, sums, leftward
 @kernel
 def sum_across(features, found, tiles, scratch, first, last):
     """
-    Write the costs of the genes of the rows of tiles first .. last - 1, and sums of their rows.
+    Write the sums of the paths along the rows of the rows of tiles first .. last - 1.
 
     features, found, tiles, scratch: the fields of Features, Found, Tiles and Scratch
     """
@@ -239,36 +250,37 @@ def sum_across(features, found, tiles, scratch, first, last):
     rows = found.rows
     for tile_row in range(first, last):
         top, below = tile_row * SIDE, min((tile_row + 1) * SIDE, rows)
-        least = kind
+        least, before = kind, load_long(tiles.places, tile_row * tiles.columns)
         for column in range(tiles.columns):
             tile, end = tile_row * tiles.columns + column, min((column + 1) * SIDE, columns)
-            count, place = load_long(tiles.counts, tile), load_long(tiles.places, tile) * SQUARE
+            count, place = load_long(tiles.counts, tile), load_long(tiles.places, tile)
+            place = (place - before) * SQUARE
             _fill(features, found, tiles.genes + 2 * MOST_GENES * tile, count, top, below, end,
-                  found.costs + place, scratch.spare)
-            for index in range(count):
-                transpose(found.costs + place + index * SQUARE, scratch.squares + index * SQUARE)
+                  scratch.costs + place, scratch.spare)
             jumps = scratch.jumps + column * SQUARE
             for row in range(top, below):
                 store(jumps, (row - top) * LANES, _pixels(
                     kind, found.across, 1, row * columns, end, scratch.spare))
             transpose(jumps, jumps)
+            for square in range(scratch.costs + place, scratch.costs + place + count * SQUARE,
+                                SQUARE):
+                transpose(square, square)
             least = (_begin(found, tiles, tile, scratch) if column == 0 else
                      _carry(found, tiles, tile - 1, tile, least, scratch))
-            _, least = _move_across(tiles, tile, end - column * SIDE, scratch, kind, least,
-                                    scratch.squares, found.sums + place, False)
+            _, least = _move_across(tiles, tile, end - column * SIDE, scratch, kind, least, place,
+                                    False)
         jump = kind
         for column in range(tiles.columns - 1, -1, -1):
             tile, end = tile_row * tiles.columns + column, min((column + 1) * SIDE, columns)
-            count, place = load_long(tiles.counts, tile), load_long(tiles.places, tile) * SQUARE
-            for index in range(count):
-                transpose(found.costs + place + index * SQUARE, scratch.squares + index * SQUARE)
+            count, place = load_long(tiles.counts, tile), load_long(tiles.places, tile)
             least = (_begin(found, tiles, tile, scratch) if column == tiles.columns - 1 else
                      _carry(found, tiles, tile + 1, tile, least, scratch))
+            here = (place - before) * SQUARE
             jump, least = _move_across(tiles, tile, end - column * SIDE, scratch, jump, least,
-                                       scratch.squares, found.sums + place, True)
+                                       here, True)
             for index in range(count):
-                square = found.sums + place + index * SQUARE
-                transpose(square, square)
+                transpose(scratch.line_sums + here + index * SQUARE,
+                          found.sums + (place + index) * SQUARE)
 
 
 @inlined
@@ -350,27 +362,33 @@ def select_down(features, found, tiles, scratch, first, last):
     scratch, kind, columns = Scratch(*scratch), splat(np.uint8(0)), features.columns
     for column in range(first, last):
         begin, end, least = column * SIDE, min((column + 1) * SIDE, columns), kind
+        costs = scratch.costs
         for tile_row in range(tiles.rows):
             tile = tile_row * tiles.columns + column
             least = (_begin(found, tiles, tile, scratch) if tile_row == 0 else
                      _carry(found, tiles, tile - tiles.columns, tile, least, scratch))
             count, place = load_long(tiles.counts, tile), load_long(tiles.places, tile) * SQUARE
-            for row in range(tile_row * SIDE, min((tile_row + 1) * SIDE, found.rows)):
-                at = place + row % SIDE * LANES
+            top, below = tile_row * SIDE, min((tile_row + 1) * SIDE, found.rows)
+            _fill(features, found, tiles.genes + 2 * MOST_GENES * tile, count, top, below, end,
+                  costs, scratch.spare)
+            for row in range(top, below):
+                at = (row - top) * LANES
                 jump = _pixels(kind, found.down, 1, row * columns, end, scratch.spare)
-                least = _move(count, scratch, jump, least, found.costs + at, found.sums + at,
+                least = _move(count, scratch, jump, least, costs + at, found.sums + place + at,
                               False)
+            costs += count * SQUARE
         jump = kind
         for tile_row in range(tiles.rows - 1, -1, -1):
             tile = tile_row * tiles.columns + column
             least = (_begin(found, tiles, tile, scratch) if tile_row == tiles.rows - 1 else
                      _carry(found, tiles, tile + tiles.columns, tile, least, scratch))
             count, place = load_long(tiles.counts, tile), load_long(tiles.places, tile) * SQUARE
+            costs -= count * SQUARE
             genes = tiles.genes + 2 * MOST_GENES * tile
             for row in range(min((tile_row + 1) * SIDE, found.rows) - 1, tile_row * SIDE - 1, -1):
-                at = place + row % SIDE * LANES
+                at = row % SIDE * LANES
                 least, low, high, best, below, above, elsewhere = _select(
-                    genes, count, scratch, jump, least, found.costs + at, found.sums + at)
+                    genes, count, scratch, jump, least, costs + at, found.sums + place + at)
                 out, width, spare = row * columns, end - begin, scratch.spare
                 _write_labels(found, out, end, width, low, high, spare)
                 _write(found.least, out, end, width, best, spare)
