@@ -18,7 +18,6 @@ from fuzzy_stereo_ros.matching.paper.population import Lineage
 from fuzzy_stereo_ros.matching.paper.possibility import GREY_CENTRES, membership
 from fuzzy_stereo_ros.matching.quality.matcher import Stages as QualityStages
 from fuzzy_stereo_ros.matching.quality.operators import OPERATORS
-from fuzzy_stereo_ros.matching.realtime.frames import NothingInherited
 from fuzzy_stereo_ros.matching.realtime.matcher import Stages as RealtimeStages
 from fuzzy_stereo_ros.matching.realtime.operators import NotMutated
 from fuzzy_stereo_ros.matching.realtime.possibility import CensusPicture
@@ -151,14 +150,8 @@ REALTIME = (
     Variant('noise ignored', stages=RealtimeStages(noise=NoNoise)),
     Variant('no previous frames', {'warm_start': False}, still=False),
     Variant(NO_PREVIOUS_BEST,
-            stages=RealtimeStages(previous_best=WarmStart.no_previous_best,
-                                  frames=NothingInherited),
-            still=False, part='previous best'),
-    Variant('previous frames averaged, no genes of the previous best',
             stages=RealtimeStages(previous_best=WarmStart.no_previous_best), still=False,
             part='previous best'),
-    Variant('previous frames averaged, no evolution from frame to frame',
-            stages=RealtimeStages(frames=NothingInherited), still=False, part='previous best'),
     Variant(NOT_FOLLOWED, still=False),         # its frames have no calibration
     Variant("the paper's possibility, three grey classes",
             stages=RealtimeStages(describe=describe_by_grey_classes), timed=False),

@@ -56,11 +56,6 @@ class MatcherConfig:
     warm_start: bool = _switch(
         True, 'average the pictures over frames, and begin with what the previous frame found: '
         'its best chromosome, or in paper all of its population')
-    evolution_ms: float = _number(
-        0.0, 0.0, 3600000.0, 'ms',
-        'time in which the planes of the previous frame evolve further; 0 is one generation '
-        'on a fixed share of the picture, and only then are results the same on every run '
-        '(realtime with planes)')
     still_interval: int = _number(
         4, 1, 1000, 'frames',
         'after 32 static frames match every n-th frame only, the others reuse the result; 1 '
@@ -77,15 +72,14 @@ class MatcherConfig:
     population: int = _number(
         1, 1, 1000, '', 'number of chromosomes (paper)')
     generations: int = _number(
-        1, 0, 1000000, '', 'largest number of generations in one frame; realtime adds one of '
-        'the planes of the previous frame (warm_start), and quality runs one where it begins with '
-        'the map of the previous frame')
+        1, 0, 1000000, '', 'largest number of generations in one frame; quality runs one where it '
+        'begins with the map of the previous frame')
     algorithm: str = _choice(
         'realtime', ('realtime', 'quality', 'paper'),
         'genetic algorithm, by the name of its profile')
     planes: bool = _switch(
-        True, 'give planes to regions of weak texture, which also evolve from frame to frame, and '
-        'take the median of similar pixels; without it is quicker and less exact (realtime)')
+        True, 'give planes to regions of weak texture, and take the median of similar pixels; '
+        'without it is quicker and less exact (realtime)')
     mutation_rate: float = _number(
         0.4, 0.0, 1.0, '',
         'share of the children that mutate (paper); in its literal reading the share of the '

@@ -19,10 +19,6 @@ ORIGIN_WORDS = {
     'paper': {FIRST: 'first parent', SECOND: 'second parent', MUTATED: 'mutation'},
     'realtime': {FIRST: 'kept', MUTATED: 'planes of plain regions'},
     'quality': {FIRST: 'kept', MUTATED: 'planes of segments and tiles'}}
-# Words for the cells that evolved and for the map beside them, and the most of that.
-FRAME_WORDS = {'realtime': ('evolved', 'planes proposed', None),
-               'paper': ('new genes of the best', 'possibility of the best', 1),
-               'quality': ('new genes of the best', 'possibility of the best', 1)}
 CURVE_COLOURS = {'best': '#1a7f37', 'mean': '#555555', 'worst': '#b35900', 'wrong': '#b3261e'}
 NOTHING, UNCOUNTED = '#ffffff', '#8a8a8a'   # no parents yet; no ground truth
 TRUTH_TITLE = 'ground truth; dark is unknown'
@@ -276,15 +272,15 @@ def frames_figure(frames, config):
     figure = Figure(figsize=(3 * WIDTH, height * (len(shown) + 1)), layout='compressed')
     panels = figure.subplots(len(shown) + 1, 3)
     low = config.min_disparity
-    evolved, beside, most = FRAME_WORDS[config.algorithm]
     for row, frame in zip(panels, shown):
         show_map(row[0], frame.disparity, '', 'px', vmin=low, cmap='turbo',
                  vmax=low + max(config.disparities - 1, 1))
         show_map(row[1], np.float32(frame.evolved), '', bar=False, vmin=0, vmax=1)
-        show_map(row[2], frame.beside, '', vmin=0, vmax=most)
-        for place, words in zip(row, (f'frame {frame.number}: disparity', evolved, beside)):
+        show_map(row[2], frame.beside, '', vmin=0, vmax=1)
+        for place, words in zip(row, (f'frame {frame.number}: disparity', 'new genes of the best',
+                                      'possibility of the best')):
             place.set_title(words, size='small')
-    curves = _curves_of(frames, config)
+    curves = _curves_of(frames)
     for place, (title, lines) in zip(panels[-1], curves):
         for name, values in lines.items():
             place.plot([frame.number for frame in frames], values, label=name,
@@ -300,16 +296,11 @@ def frames_figure(frames, config):
     return figure
 
 
-def _curves_of(frames, config):
+def _curves_of(frames):
     """Return (title, {name: values of all frames}) of each curve below a sequence."""
-    if config.algorithm == 'realtime':      # its fitness is that of a frame, not of what evolves
-        names = dict.fromkeys(name for frame in frames for name in frame.gains)
-        fitness = 'fitness gained since the first frame', {
-            name: np.cumsum([frame.gains.get(name, 0.0) for frame in frames]) for name in names}
-    else:
-        fitness = 'fitness of the best', {'best': [frame.fitness for frame in frames]}
-    found = [fitness, (f'{FRAME_WORDS[config.algorithm][0]} [%]', {
-        'evolved': [100 * frame.figures['evolved'] for frame in frames]})]
+    found = [('fitness of the best', {'best': [frame.fitness for frame in frames]}),
+             ('new genes of the best [%]', {
+                 'evolved': [100 * frame.figures['evolved'] for frame in frames]})]
     if frames[0].wrong is not None:
         found.append(('off by more than 1 px [%]', {'wrong': [frame.wrong for frame in frames]}))
     return found

@@ -163,12 +163,10 @@ class Frame:
     """
     A frame of a sequence; maps are those of the matcher: mirrored for the right reference.
 
-    number: from 1. image: the reference image. disparity: float32 (R, C), px. evolved: bool, where
-    a gene has evolved: in realtime (R / 2, C / 2), of the inherited planes; else (R, C), where the
-    best chromosome is another than that of the frame before. beside: float32 of the same shape, in
-    realtime the number of planes proposed so far, else the possibility of the best chromosome.
-    fitness: of the best chromosome. gains: fitness by operator. warm: see Match. wrong: percentage
-    off by more than 1 px, None without truth.
+    number: from 1. image: the reference image. disparity: float32 (R, C), px. evolved: bool
+    (R, C), where the best chromosome is another than that of the frame before. beside: float32
+    (R, C), the possibility of the best chromosome. fitness: of it. gains: fitness by operator.
+    warm: see Match. wrong: percentage off by more than 1 px, None without truth.
     """
 
     number: int
@@ -199,13 +197,9 @@ def watched_frames(config, pairs, truth=None, mask=None):
         match = matcher.match(left, right)
         algorithm = matcher.algorithm
         best = algorithm.population.genes[algorithm.population.best].copy()
-        if config.algorithm == 'realtime':
-            own = matcher.state.own
-            maps = own.evolved > 0, np.float32(own.proposals)
-        else:
-            same = before is not None and before.shape == best.shape
-            maps = (best != before if same else np.ones(best.shape, bool),
-                    algorithm.possibility_of(best))
+        same = before is not None and before.shape == best.shape
+        maps = (best != before if same else np.ones(best.shape, bool),
+                algorithm.possibility_of(best))
         before = best
         wrong = None if truth is None else score(match.disparity, truth, mask).bad_dense[1.0]
         yield Frame(number, left if config.reference == 'left' else right, match.disparity, *maps,

@@ -1,7 +1,6 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """What `fuzzy-stereo replay` makes of a bag is what the live node makes of it, bit for bit."""
-from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
 from made_bags import COLUMNS, DISPARITIES, open_bag, ROWS, scene, stamps, TOPICS, write_bag
 import numpy as np
 import pytest
@@ -87,11 +86,3 @@ def test_the_warm_start_matters_in_the_bag_that_is_compared(changes):
                   for start in (True, False))
     different = np.count_nonzero((warm != cold) & ~(np.isnan(warm) & np.isnan(cold)))
     assert different > ROWS * COLUMNS / 20
-
-
-def test_planes_evolve_from_frame_to_frame_in_a_bag_that_is_compared():
-    matcher = StereoMatcher(MatcherConfig(disparities=DISPARITIES))
-    found = [matcher.match(pair.left, pair.right, stamp).gains
-             for pair, stamp in zip(faint_scene(), stamps(2 * FRAMES))]
-    assert matcher.state.own.evolved.any()
-    assert any(gains.get('region planes', 0) > 0 for gains in found)

@@ -297,9 +297,7 @@ DAMAGES = {
             folder, labels=maps(60, 90, np.uint8), validity=maps(60, 90, np.uint8),
             pictures=np.zeros((2, 60, 90), np.uint16), ages=np.ones((2, 4, 6), np.float32),
             drifts=np.zeros((2, 2, 4, 6), np.float32),
-            planes=np.zeros((30, 3, 45), np.float32), evolved=maps(30, 45, np.uint8),
-            proposals=maps(30, 45, np.uint8), half_grey=maps(30, 45, np.uint8),
-            cell_validity=maps(30, 45, np.uint8),
+            half_grey=maps(30, 45, np.uint8), cell_validity=maps(30, 45, np.uint8),
             census=maps(60, 90, np.uint32), cells=maps(30, 45), survived=maps(30, 45, np.uint8)),
         'took part in the match, but the state is of another frame'),
     'a state of the future': (

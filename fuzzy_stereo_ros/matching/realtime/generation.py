@@ -22,7 +22,7 @@ from fuzzy_stereo_ros.matching.realtime.scanlines import new_result
 from fuzzy_stereo_ros.matching.realtime.views import half_disparities
 import numpy as np
 
-GROW = 4        # px around a tile whose smoothed half-size genes it inherits
+GROW = 8        # px around a tile whose smoothed half-size genes it inherits
 NO_PARENT = Parent(*(0,) * 5, 1, 1, *(0,) * 5)
 SPARE = 4       # by 1 / SPARE more memory is made than a frame needs
 

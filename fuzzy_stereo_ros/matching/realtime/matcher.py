@@ -5,12 +5,10 @@ The profile `realtime`: `RealtimeMatcher.match` is one frame, a line a stage.
 
 A frame is a generation: its map is selected among the genes of its parents, the half-size
 chromosome of this pair and the previous best; inconsistent cells are filled from the background.
-Mutation proposes planes to regions of weak texture, and crossover takes what is fitter. The
-chromosome of planes that is inherited from the previous frame evolves further and is written into
-the first.
+Mutation proposes planes to regions of weak texture, and crossover takes what is fitter. The map
+that was selected is a parent of the next frame.
 """
 from collections.abc import Callable
-from dataclasses import replace
 from functools import partial
 from typing import NamedTuple
 
@@ -21,7 +19,6 @@ from fuzzy_stereo_ros.matching.evolution import Durations, evolve, Random, Stopw
 from fuzzy_stereo_ros.matching.match import Match
 from fuzzy_stereo_ros.matching.over_frames.pictures import NoiseEstimate
 from fuzzy_stereo_ros.matching.realtime.fitness import CensusFitness
-from fuzzy_stereo_ros.matching.realtime.frames import FrameEvolution, NothingInherited
 from fuzzy_stereo_ros.matching.realtime.generation import Generation
 from fuzzy_stereo_ros.matching.realtime.half_size import HalfSize
 from fuzzy_stereo_ros.matching.realtime.operators import NotMutated, Population, WeakRegions
@@ -31,7 +28,6 @@ from fuzzy_stereo_ros.matching.realtime.refinement import Refinement
 from fuzzy_stereo_ros.matching.realtime.views import Views
 from fuzzy_stereo_ros.matching.realtime.warm_start import RealtimeState, WarmStart
 
-PLANES = 1          # child of the frame's random source for the evolution of planes
 REFINING = 'all after the generations'      # for Durations
 ADVANTAGE = 1       # cost a cell by which a region must be cheaper to be taken
 
@@ -51,8 +47,6 @@ class Stages(NamedTuple):
     by the evidence of all of their pixels, see PlainRegions
     mutation: called with the `CensusPossibility` of full images and a dtype of labels, returns
     the mutation by planes of weak regions, see WeakRegions
-    frames: called with the `CensusPossibility` of full images, returns the population of planes
-    that frames inherit, see FrameEvolution
     """
 
     generation: Callable = Generation
@@ -62,20 +56,17 @@ class Stages(NamedTuple):
     crossover: Callable = partial(Regions, advantage=ADVANTAGE)
     vote: Callable = PlainRegions
     mutation: Callable = WeakRegions
-    frames: Callable = FrameEvolution
 
 
 # by MatcherConfig.planes
-STAGES = {True: Stages(),
-          False: Stages(vote=NotMutated, mutation=NotMutated, frames=NothingInherited)}
+STAGES = {True: Stages(), False: Stages(vote=NotMutated, mutation=NotMutated)}
 
 
 class RealtimeMatcher:
     """
     The stages of one image size.
 
-    population: the `Population` of the last pair; frames: the `FrameEvolution`; state_type: of
-    what it adds to a `FrameState`
+    population: the `Population` of the last pair; state_type: of what it adds to a `FrameState`
     """
 
     state_type = RealtimeState
@@ -100,7 +91,6 @@ class RealtimeMatcher:
         self.population = Population(self._fitness, self._generation.chosen.labels)
         self._weak_regions = self._stages.mutation(full, labels_type)
         self._crossover = self._stages.crossover(rows, columns)
-        self.frames = self._stages.frames(full)
         self._durations = Durations()
 
     def match(self, left, right, previous, random, budget, observe=None, camera=None):
@@ -124,23 +114,12 @@ class RealtimeMatcher:
         history = evolve(self.population, operators, random, budget, observe, self._durations)
         best = self.population.genes[self.population.best]
         watch.lap('generations')
-        inherited = False
-        if config.warm_start:
-            inherited = self.frames.inherit(
-                self.pool, previous and previous.own.genes, warm.tile_history())
-            planes = self.frames.evolve(
-                best, chosen, self._refinement.validity, self._views, random.child(PLANES), budget,
-                config.evolution_ms)
-            history += [replace(row, number=row.number + len(history)) for row in planes]
-            watch.lap('evolution')
         before = sum(watch.times.values())
         disparity, confidence = self._refine(chosen, best, half, watch)
-        match = Match(disparity, confidence, history, watch.times,
-                      warm_start or inherited, warm.motion)
+        match = Match(disparity, confidence, history, watch.times, warm_start, warm.motion)
         if config.warm_start:
             state = warm.next_state(
-                self.pool, self._views, self._refinement, self.frames.carried, config, match,
-                previous)
+                self.pool, self._views, self._refinement, config, match, previous)
             watch.lap('handing_on')
         self._durations.record(REFINING, sum(watch.times.values()) - before)
         return match, state

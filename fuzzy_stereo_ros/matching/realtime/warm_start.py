@@ -13,7 +13,6 @@ from typing import NamedTuple
 
 from fuzzy_stereo_ros.matching.arrays import zeros
 from fuzzy_stereo_ros.matching.bands import beside, widened
-from fuzzy_stereo_ros.matching.kernels.planes.grid import Genes
 from fuzzy_stereo_ros.matching.kernels.possibility.costs import Prior, weight_of
 from fuzzy_stereo_ros.matching.kernels.scanlines import disparity_ranges
 from fuzzy_stereo_ros.matching.kernels.temporal import previous_best
@@ -24,7 +23,6 @@ from fuzzy_stereo_ros.matching.over_frames.averaging import Averaging, History
 from fuzzy_stereo_ros.matching.over_frames.moving_camera import MovingCamera
 from fuzzy_stereo_ros.matching.over_frames.pictures import is_noisy
 from fuzzy_stereo_ros.matching.over_frames.state import FrameState, NO_COLOURS
-from fuzzy_stereo_ros.matching.realtime.frames import TileHistory
 from fuzzy_stereo_ros.matching.realtime.generation import parent_of
 from fuzzy_stereo_ros.matching.realtime.moved_prior import MovedPrior
 from fuzzy_stereo_ros.matching.realtime.scanlines import gene_type
@@ -47,28 +45,18 @@ class RealtimeState(NamedTuple):
     The part of the profile in a `FrameState`.
 
     labels: uint8 or uint16 (R, C), the best chromosome; validity: uint8 (R, C), 0 = consistent;
-    planes: float32 (R / 2, 3, C / 2), evolved, proposals: uint8 (R / 2, C / 2), origin: uint8
-    (2,), the chromosome of planes, see grid.Genes; census, survived: see
-    moved_prior.MovedPrior.note; still to still_confidence: see still_scene.StillResult
+    census, survived: see moved_prior.MovedPrior.note; still to still_confidence: see
+    still_scene.StillResult
     """
 
     labels: np.ndarray
     validity: np.ndarray
-    planes: np.ndarray
-    evolved: np.ndarray
-    proposals: np.ndarray
-    origin: np.ndarray
     census: np.ndarray
     survived: np.ndarray
     still: int
     since_search: int
     still_disparity: np.ndarray
     still_confidence: np.ndarray
-
-    @property
-    def genes(self):
-        """The chromosome of planes, as FrameEvolution takes it."""
-        return Genes(self.planes, self.evolved, self.proposals, self.origin)
 
     @property
     def result(self):
@@ -85,8 +73,6 @@ class RealtimeState(NamedTuple):
         result = np.float32, shape if self.still >= SETTLED else (0, 0)
         seen = (shape, cells) if np.size(self.census) else ((0, 0), (0, 0))
         return {'labels': (gene_type(labels), shape), 'validity': (np.uint8, shape),
-                'planes': (np.float32, (cells[0], 3, cells[1])), 'evolved': (np.uint8, cells),
-                'proposals': (np.uint8, cells), 'origin': (np.uint8, (2,)),
                 'census': (np.uint32, seen[0]), 'survived': (np.uint8, seen[1]),
                 'still_disparity': result, 'still_confidence': result}
 
@@ -94,8 +80,6 @@ class RealtimeState(NamedTuple):
         """Raise ValueError for a number that kernels, which check no index, cannot use."""
         if (self.labels >= labels).any():
             raise ValueError('the state has labels out of range')
-        if not np.isfinite(self.planes).all() or (self.origin > 1).any():
-            raise ValueError('the state has planes out of range')
 
 
 class WarmStart:
@@ -220,12 +204,6 @@ class WarmStart:
         if self._weighted:
             self._weights[:], self._weighted = 0, False
 
-    def tile_history(self):
-        """Return the `TileHistory` of the left picture."""
-        averaging = self._averaging
-        return TileHistory(averaging.tiles[0].choices, self._strengths, averaging.ages_of_both,
-                           averaging.noise, averaging.shift)
-
     def reused_state(self, state, config):
         """
         Return the FrameState of a frame that reuses a result, None where it has to be searched.
@@ -252,13 +230,12 @@ class WarmStart:
         bands = pool.parts(len(labels))
         pool.each(copy, bands, beside(bands))
 
-    def next_state(self, pool, views, refinement, genes, config, match, before=None):
+    def next_state(self, pool, views, refinement, config, match, before=None):
         """
         Return the FrameState of this frame, with what `keep` copied.
 
         views: the `Views` of the pair; refinement: the `Refinement` that has made the match;
-        genes: its `Genes`; config: the MatcherConfig; match: the `Match`; before: the FrameState
-        of the previous frame
+        config: the MatcherConfig; match: the `Match`; before: the FrameState of the previous frame
         """
         (labels, validity), self._kept = self._kept, None
         cells, *seen = self._moved_prior.note(
@@ -268,5 +245,4 @@ class WarmStart:
         return FrameState(
             averaging.pictures, averaging.ages, averaging.drifts, NO_COLOURS,
             self._moving.state(cells, validity),
-            RealtimeState(labels, validity, *genes, *seen, *result), views.left_shift, None, 0,
-            config)
+            RealtimeState(labels, validity, *seen, *result), views.left_shift, None, 0, config)

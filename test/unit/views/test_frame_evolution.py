@@ -33,7 +33,6 @@ def test_observing_a_sequence_changes_nothing_and_reports_the_warm_start():
     for frame, pair in zip(frames, pairs):
         match = matcher.match(*pair)
         np.testing.assert_array_equal(frame.disparity, match.disparity)
-        np.testing.assert_array_equal(frame.beside, matcher.state.own.proposals)
         assert (frame.warm, frame.gains) == (match.warm, match.gains)
     assert [frame.warm for frame in frames] == [False, True, True, True]
     assert frames[-1].wrong < 100

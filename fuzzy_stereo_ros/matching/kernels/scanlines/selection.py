@@ -22,9 +22,9 @@ from fuzzy_stereo_ros.matching.kernels.scanlines.transpose import SQUARE, transp
 from fuzzy_stereo_ros.matching.kernels.scanlines.winner_takes_all import (
     choose_of_target, fitted_offsets)
 from fuzzy_stereo_ros.matching.kernels.simd import (
-    add, bit_and, bit_or, choose, equal_bits, LANES, less, load_like, minimum, narrow, reversed_lanes,
-    saturating_add, saturating_subtract, shift_left, shift_right, splat, splat_like, store,
-    subtract, widen)
+    add, bit_and, bit_or, choose, equal_bits, LANES, less, load_like, minimum, narrow,
+    reversed_lanes, saturating_add, saturating_subtract, shift_left, shift_right, splat,
+    splat_like, store, subtract, widen)
 import numpy as np
 
 PATHS = (MOST_GENES + 2) * LANES    # bytes of the paths to a row or column of a tile
