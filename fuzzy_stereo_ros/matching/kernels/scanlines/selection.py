@@ -28,6 +28,7 @@ from fuzzy_stereo_ros.matching.kernels.simd import (
 import numpy as np
 
 PATHS = (MOST_GENES + 2) * LANES    # bytes of the paths to a row or column of a tile
+NONE = np.uint32(2**LANES - 1)      # of the lanes of a prior have weight
 
 
 class Found(NamedTuple):
@@ -126,15 +127,16 @@ def _fill(features, found, genes, count, top, below, end, costs, spare):
                       spare)
         previous = _prior(kind, found.previous_labels, found.previous_weights, found.label_bytes,
                           at, end, spare)
-        free = half[3] & previous[3] == np.uint32(2**LANES - 1)
+        of_half, of_previous = half[3] != NONE, previous[3] != NONE
         for index in range(count):
             label = np.int64(load_short(genes, index))
             place = row * target_stride + pointed + label
             cost = raw_costs(features.target_census, place + 2 * row * target_stride,
                              target_stride, features.target_slopes, place, code, slope, cuts)
-            if not free:
-                low = splat_like(kind, label)
-                cost = add(cost, add(_prior_costs(low, half), _prior_costs(low, previous)))
+            if of_half:
+                cost = add(cost, _prior_costs(splat_like(kind, label), half))
+            if of_previous:
+                cost = add(cost, _prior_costs(splat_like(kind, label), previous))
             store(costs, index * SQUARE + (row - top) * LANES, cost)
 
 
