@@ -23,11 +23,11 @@ from fuzzy_stereo_ros.matching.realtime.views import half_disparities
 import numpy as np
 
 GROW = 8        # px around a tile whose smoothed half-size genes it inherits
-NO_PARENT = Parent(*(0,) * 5, 1, 1, *(0,) * 5)
+NO_PARENT = Parent(*(0,) * 5, 1, 1, 0, 1, *(0,) * 4)
 SPARE = 4       # by 1 / SPARE more memory is made than a frame needs
 
 
-def parent_of(labels, validity=None, cell=1, scale=1, grow=0, choices=None, shift=(0, 0)):
+def parent_of(labels, validity=None, cell=1, scale=1, grow=0, step=1, choices=None, shift=(0, 0)):
     """
     Return a map as a `Parent`.
 
@@ -36,7 +36,7 @@ def parent_of(labels, validity=None, cell=1, scale=1, grow=0, choices=None, shif
     """
     validity, choices = (0 if one is None else address_of(one) for one in (validity, choices))
     return Parent(address_of(labels), labels.itemsize, validity, *labels.shape, cell, scale,
-                  grow, choices, TILE, *shift)
+                  grow, step, choices, TILE, *shift)
 
 
 class Generation:
@@ -46,8 +46,13 @@ class Generation:
     Costs and paths of rows of tiles are independent, and then those of columns of tiles.
     """
 
-    def __init__(self, possibility):
-        """Allocate for the size of a `CensusPossibility`."""
+    def __init__(self, possibility, few=False):
+        """
+        Allocate for the size of a `CensusPossibility`.
+
+        few: whether a tile inherits of the half-size chromosome only what it has there, smoothed
+        """
+        self._parents_of = _smooth_parent_of if few else _parents_of
         self._possibility, self.chosen = possibility, new_result(possibility)
         rows, columns = possibility.rows, possibility.columns
         tiles = self._tiles = -(-rows // SIDE), -(-columns // SIDE)
@@ -79,7 +84,7 @@ class Generation:
         chain: a Chain, which completes the result; half: the `HalfSizeResult`; previous: the
         `Parent` of the previous best, None where there is none; prior: the `Prior` of it
         """
-        parents = tuple(map(tuple, (*_parents_of(half), previous or NO_PARENT)))
+        parents = tuple(map(tuple, (*self._parents_of(half), previous or NO_PARENT)))
         features = tuple(self._possibility.features)
         rows, columns = (chain.parts(side * SIDE, SIDE) for side in self._tiles)
 
@@ -126,8 +131,13 @@ class Generation:
 
 def _parents_of(half):
     """Return a `HalfSizeResult` as parents: as it was found, and as it was smoothed and voted."""
-    return (parent_of(half.prior.labels, grow=GROW),
+    return (parent_of(half.prior.labels, grow=GROW, step=2),
             parent_of(half.chosen.labels, cell=2, scale=2))
+
+
+def _smooth_parent_of(half):
+    """Return a `HalfSizeResult` as one parent, smoothed, and none in the place of the other."""
+    return parent_of(half.prior.labels, step=2), NO_PARENT
 
 
 def _tiles_of(part):

@@ -59,7 +59,8 @@ class Stages(NamedTuple):
 
 
 # by MatcherConfig.planes
-STAGES = {True: Stages(), False: Stages(vote=NotMutated, mutation=NotMutated)}
+STAGES = {True: Stages(), False: Stages(
+    generation=partial(Generation, few=True), vote=NotMutated, mutation=NotMutated)}
 
 
 class RealtimeMatcher:

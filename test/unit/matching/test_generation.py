@@ -25,7 +25,7 @@ class Selected:
     """A pair of a size, some parents of it, and what is selected, with the twin of that."""
 
     def __init__(self, shape, disparities, spread=4, min_disparity=0, seed=0, shift=(0, 0),
-                 previous='full', threads=1):
+                 previous='full', threads=1, few=False):
         self.shape, self.disparities, self.spread, self.seed = shape, disparities, spread, seed
         left, right = small_pair(*shape, disparity=min(3, shape[1] - 1), seed=seed)
         possibility = seen(left, right, disparities, min_disparity)
@@ -33,20 +33,21 @@ class Selected:
         half, older = self._prior(1), self._prior(2)
         found = self._map(cells, 3, disparities // 2, gene_type(-(-disparities // 2)))
         nowhere = None, TILE, (0, 0)
-        parents = [(half.labels, None, 1, 1, GROW, *nowhere), (found, None, 2, 2, 0, *nowhere)]
+        parents = ([(half.labels, None, 1, 1, 0, 2, *nowhere)] if few else [
+            (half.labels, None, 1, 1, GROW, 2, *nowhere), (found, None, 2, 2, 0, 1, *nowhere)])
         before = None
         if previous:
             kind, size, cell = {'full': (gene_type(disparities), shape, 1),
                                 'cells': (np.uint16, cells, 2)}[previous]
             choices = random_map([-(-side // TILE) for side in shape], 3, seed, np.int8) - 1
             before = (self._map(size, 4, disparities, kind), random_map(size, 3, seed + 9), cell,
-                      1, 0, choices.astype(np.int8) if cell == 1 else None, TILE, shift)
+                      1, 0, 1, choices.astype(np.int8) if cell == 1 else None, TILE, shift)
             parents.append(before)
-        self.generation, pool = Generation(possibility), ThreadPool(threads)
+        self.generation, pool = Generation(possibility, few), ThreadPool(threads)
         chain = Chain(pool)
         self.chosen = self.generation.select(
             chain, SimpleNamespace(prior=half, chosen=SimpleNamespace(labels=found)),
-            before and parent_of(*before[:6], shift=shift),
+            before and parent_of(*before[:7], shift=shift),
             older if previous else None)
         chain.run()
         pool.close()
@@ -96,10 +97,10 @@ def test_what_is_selected_in_every_size_is_that_of_the_twin(shape, disparities):
 @given(st.integers(1, 70), st.integers(1, 70), st.integers(1, 40) | st.sampled_from([256, 257]),
        st.integers(1, 40), st.integers(-60, 9), st.integers(0, 99),
        st.tuples(st.integers(-70, 70), st.integers(-70, 70)),
-       st.sampled_from(['full', 'cells', None]))
+       st.sampled_from(['full', 'cells', None]), st.booleans())
 def test_any_size_range_and_parents_are_those_of_the_twin(
-        rows, columns, disparities, spread, min_disparity, seed, shift, previous):
-    check((rows, columns), disparities, spread, min_disparity, seed, shift, previous)
+        rows, columns, disparities, spread, min_disparity, seed, shift, previous, few):
+    check((rows, columns), disparities, spread, min_disparity, seed, shift, previous, few=few)
 
 
 def test_more_genes_than_a_tile_can_have_leave_out_the_largest():

@@ -31,6 +31,7 @@ class Parent(NamedTuple):
     cell: int                # pixels of the image a side of one of its cells: 1 or 2
     scale: int               # how many labels at full size one of its labels is: 1 or 2
     grow: int                # pixels around a tile whose genes it inherits
+    step: int                # every so many cells of a row or column have another label
     choices: int             # int8 of parts of it: 0 stayed in place, 1 moved, -1 is new; 0: all
     part: int                # pixels of a side of such a part, which divides SIDE
     down: int                # pixels by which the picture has moved since
@@ -58,21 +59,22 @@ def _inherit(parent, top, left, side, seen, nowhere):
     parent = Parent(*parent)
     cell, grow = parent.cell, parent.grow
     begin, end = max((left - grow) // cell, 0), min((left + side + grow) // cell, parent.columns)
-    for row in range(max((top - grow) // cell, 0), min((top + side + grow) // cell, parent.rows)):
+    for row in range(max((top - grow) // cell, 0), min((top + side + grow) // cell, parent.rows),
+                     parent.step):
         at = row * parent.columns
         if parent.validity != 0:
-            for column in range(begin, end):
+            for column in range(begin, end, parent.step):
                 label = (np.int64(load_byte(parent.labels, at + column))
                          if parent.label_bytes == 1
                          else np.int64(load_short(parent.labels, at + column)))
                 valid = load_byte(parent.validity, at + column) != INVALID
                 store_byte(seen, parent.scale * label if valid else nowhere, np.uint8(1))
         elif parent.label_bytes == 1:
-            for column in range(begin, end):
+            for column in range(begin, end, parent.step):
                 store_byte(seen, parent.scale * np.int64(load_byte(parent.labels, at + column)),
                            np.uint8(1))
         else:
-            for column in range(begin, end):
+            for column in range(begin, end, parent.step):
                 store_byte(seen, parent.scale * np.int64(load_short(parent.labels, at + column)),
                            np.uint8(1))
 
