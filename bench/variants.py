@@ -7,6 +7,7 @@ A variant changes parameters or replaces stages. The replacements are written to
 not to be fast.
 """
 from dataclasses import dataclass, field
+from functools import partial
 
 from fuzzy_stereo_ros.evaluation.matchers import Ours
 from fuzzy_stereo_ros.matching import MatcherConfig
@@ -18,6 +19,7 @@ from fuzzy_stereo_ros.matching.paper.population import Lineage
 from fuzzy_stereo_ros.matching.paper.possibility import GREY_CENTRES, membership
 from fuzzy_stereo_ros.matching.quality.matcher import Stages as QualityStages
 from fuzzy_stereo_ros.matching.quality.operators import OPERATORS
+from fuzzy_stereo_ros.matching.realtime.generation import Generation
 from fuzzy_stereo_ros.matching.realtime.matcher import Stages as RealtimeStages
 from fuzzy_stereo_ros.matching.realtime.operators import NotMutated
 from fuzzy_stereo_ros.matching.realtime.possibility import CensusPicture
@@ -145,6 +147,10 @@ REALTIME = (
         crossover=lambda rows, columns: Line())),
     Variant('no mutation: neither planes nor votes of plain regions',
             stages=RealtimeStages(mutation=NotMutated, vote=NotMutated), part='mutation'),
+    Variant('genes of tiles not mutated by one',
+            stages=RealtimeStages(generation=partial(Generation, mutation=0)), part='mutation'),
+    Variant('genes of the smoothed half-size chromosome of the tile itself alone',
+            stages=RealtimeStages(generation=partial(Generation, few=True)), part='crossover'),
     Variant('no planes of plain regions', stages=RealtimeStages(mutation=NotMutated)),
     Variant('no vote of plain regions', stages=RealtimeStages(vote=NotMutated)),
     Variant('noise ignored', stages=RealtimeStages(noise=NoNoise)),

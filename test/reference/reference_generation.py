@@ -37,7 +37,7 @@ def inherited(parent, top, left, side):
     return {scale * int(label) for label in found.flat}
 
 
-def tile_genes(parents, shape, disparities, last_parent, side, most):
+def tile_genes(parents, shape, disparities, last_parent, side, most, mutation=1):
     """Return {(tile row, tile column): its labels, ascending}."""
     genes = {}
     for top in range(0, shape[0], side):
@@ -45,7 +45,8 @@ def tile_genes(parents, shape, disparities, last_parent, side, most):
             known = set().union(*(inherited(parent, top, left, side) for parent in parents))
             near = [label for label in known if last_parent <= label < disparities]
             known |= set(range(min(near), disparities)) if near else set()
-            beside = {label + step for label in known for step in (-1, 0, 1)}
+            beside = {label + step for label in known
+                      for step in range(-mutation, mutation + 1)}
             genes[top // side, left // side] = sorted(
                 label for label in beside if 0 <= label < disparities)[:most]
     return genes

@@ -46,11 +46,12 @@ class Generation:
     Costs and paths of rows of tiles are independent, and then those of columns of tiles.
     """
 
-    def __init__(self, possibility, few=False):
+    def __init__(self, possibility, few=False, mutation=1):
         """
         Allocate for the size of a `CensusPossibility`.
 
         few: whether a tile inherits of the half-size chromosome only what it has there, smoothed
+        mutation: by how much genes are changed
         """
         self._parents_of = _smooth_parent_of if few else _parents_of
         self._possibility, self.chosen = possibility, new_result(possibility)
@@ -61,7 +62,7 @@ class Generation:
         self.genes = zeros((number, MOST_GENES), np.uint16)
         self.counts, self._places = zeros(number, np.int64), zeros(number + 1, np.int64)
         self._addresses = tuple(Tiles(
-            *tiles, *map(address_of, (self.genes, self.counts, self._places))))
+            *tiles, mutation, *map(address_of, (self.genes, self.counts, self._places))))
         self._no_prior = Prior(self.chosen.labels, zeros((rows, columns), np.uint8))
         sizes = selection.scratch_sizes(
             possibility.disparities, tiles[1], self.chosen.target.shape[1])

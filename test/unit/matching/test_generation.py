@@ -25,7 +25,7 @@ class Selected:
     """A pair of a size, some parents of it, and what is selected, with the twin of that."""
 
     def __init__(self, shape, disparities, spread=4, min_disparity=0, seed=0, shift=(0, 0),
-                 previous='full', threads=1, few=False):
+                 previous='full', threads=1, few=False, mutation=1):
         self.shape, self.disparities, self.spread, self.seed = shape, disparities, spread, seed
         left, right = small_pair(*shape, disparity=min(3, shape[1] - 1), seed=seed)
         possibility = seen(left, right, disparities, min_disparity)
@@ -43,7 +43,7 @@ class Selected:
             before = (self._map(size, 4, disparities, kind), random_map(size, 3, seed + 9), cell,
                       1, 0, 1, choices.astype(np.int8) if cell == 1 else None, TILE, shift)
             parents.append(before)
-        self.generation, pool = Generation(possibility, few), ThreadPool(threads)
+        self.generation, pool = Generation(possibility, few, mutation), ThreadPool(threads)
         chain = Chain(pool)
         self.chosen = self.generation.select(
             chain, SimpleNamespace(prior=half, chosen=SimpleNamespace(labels=found)),
@@ -52,7 +52,8 @@ class Selected:
         chain.run()
         pool.close()
         self.genes = twins.tile_genes(parents, shape, disparities,
-                                      2 * (half_disparities(disparities) - 1), SIDE, MOST_GENES)
+                                      2 * (half_disparities(disparities) - 1), SIDE, MOST_GENES,
+                                      mutation)
         costs = twin_costs(left, right, disparities, min_disparity, FULL_SIZE)
         for prior in (half, *([older] if previous else [])):
             costs = costs + reference_census.prior_costs(*prior, disparities)
@@ -97,10 +98,12 @@ def test_what_is_selected_in_every_size_is_that_of_the_twin(shape, disparities):
 @given(st.integers(1, 70), st.integers(1, 70), st.integers(1, 40) | st.sampled_from([256, 257]),
        st.integers(1, 40), st.integers(-60, 9), st.integers(0, 99),
        st.tuples(st.integers(-70, 70), st.integers(-70, 70)),
-       st.sampled_from(['full', 'cells', None]), st.booleans())
+       st.sampled_from(['full', 'cells', None]), st.booleans(), st.integers(0, 1))
 def test_any_size_range_and_parents_are_those_of_the_twin(
-        rows, columns, disparities, spread, min_disparity, seed, shift, previous, few):
-    check((rows, columns), disparities, spread, min_disparity, seed, shift, previous, few=few)
+        rows, columns, disparities, spread, min_disparity, seed, shift, previous, few,
+        mutation):
+    check((rows, columns), disparities, spread, min_disparity, seed, shift, previous, few=few,
+          mutation=mutation)
 
 
 def test_more_genes_than_a_tile_can_have_leave_out_the_largest():

@@ -43,6 +43,7 @@ class Tiles(NamedTuple):
 
     rows: int                # of tiles
     columns: int
+    mutation: int            # by how much genes are changed, too: 0 or 1
     genes: int               # uint16 (tiles, MOST_GENES), labels, ascending
     counts: int              # int64 (tiles,)
     places: int              # int64 (tiles + 1,), how many genes the tiles before have
@@ -96,12 +97,12 @@ def _inherit_parts(parent, top, left, seen, nowhere):
 
 
 @inlined
-def _mutate(seen, disparities, genes):
-    """Write the labels that are seen, and those beside them, ascending; return how many."""
+def _mutate(seen, disparities, by, genes):
+    """Write the labels that are seen, and those `by` beside them, ascending; return how many."""
     count, found = 0, splat(np.uint8(1))
     for first in range(0, disparities, LANES):
         bits = equal_bits(found, bit_or(load(seen, first), bit_or(
-            load(seen, first - 1), load(seen, first + 1))))
+            load(seen, first - by), load(seen, first + by))))
         while bits != 0:
             label = first + first_set(bits)
             bits &= bits - np.uint32(1)
@@ -140,4 +141,4 @@ def list_genes(parents, tiles, seen, disparities, last_parent, first, last):
             if beyond:
                 store_byte(seen, label, np.uint8(1))
         store_long(tiles.counts, tile, _mutate(
-            seen, disparities, tiles.genes + 2 * MOST_GENES * tile))
+            seen, disparities, tiles.mutation, tiles.genes + 2 * MOST_GENES * tile))
