@@ -108,5 +108,5 @@ def test_two_images_alone_are_matched_and_what_was_assumed_is_said(folder, capsy
             f"{folder / 'disparity.png'}, which there is already; give --overwrite to replace it, "
             'or --output') in capsys.readouterr().err
     assert (folder / 'disparity.pfm').read_bytes() == before
-    assert main([*words, '--disparities', '32', '--overwrite']) == 0
+    assert main([*words, '--disparities', '16', '--overwrite']) == 0
     assert (folder / 'disparity.pfm').read_bytes() != before

@@ -14,21 +14,19 @@ from typing import NamedTuple
 from fuzzy_stereo_ros.matching.kernels.addresses import (
     load_byte, load_long, load_short, store_byte, store_short)
 from fuzzy_stereo_ros.matching.kernels.compiled import called, inlined, kernel
-from fuzzy_stereo_ros.matching.kernels.possibility.costs import (
-    cuts_of, DEAD_ZONE, Features, raw_costs)
+from fuzzy_stereo_ros.matching.kernels.possibility.costs import Features
+from fuzzy_stereo_ros.matching.kernels.scanlines.tile_costs import fill_costs, pixels_of
 from fuzzy_stereo_ros.matching.kernels.scanlines.tile_genes import (
     MOST_GENES, seen_size, SIDE, Tiles)
 from fuzzy_stereo_ros.matching.kernels.scanlines.transpose import SQUARE, transpose
 from fuzzy_stereo_ros.matching.kernels.scanlines.winner_takes_all import (
     choose_of_target, fitted_offsets)
 from fuzzy_stereo_ros.matching.kernels.simd import (
-    add, bit_and, bit_or, choose, equal_bits, LANES, less, load_like, minimum, narrow,
-    reversed_lanes, saturating_add, saturating_subtract, shift_left, shift_right, splat,
-    splat_like, store, subtract, widen)
+    bit_and, bit_or, choose, LANES, less, load_like, minimum, reversed_lanes, saturating_add,
+    saturating_subtract, shift_left, splat, splat_like, store, subtract, widen)
 import numpy as np
 
 PATHS = (MOST_GENES + 2) * LANES    # bytes of the paths to a row or column of a tile
-NONE = np.uint32(2**LANES - 1)      # of the lanes of a prior have weight
 
 
 class Found(NamedTuple):
@@ -70,74 +68,6 @@ def scratch_sizes(disparities, tile_columns, target_columns):
     """Return the bytes of each part of a Scratch but the last two, which depend on the genes."""
     return (seen_size(disparities), PATHS, PATHS, PATHS, 2 * LANES, 2 * target_columns,
             tile_columns * SQUARE)
-
-
-@inlined
-def _pixels(kind, numbers, number_bytes, at, end, spare):
-    """
-    Return 32 bytes of a row, the low ones of numbers, from column end - 1 to the left.
-
-    at: index of column 0; columns before it repeat it
-    """
-    if end >= LANES and number_bytes == 1:
-        pixels = load_like(kind, numbers, at + end - LANES)
-    elif end >= LANES:
-        pixels = narrow(load_like(widen(kind), numbers, 2 * (at + end - LANES)))
-    else:
-        for lane in range(LANES):
-            store_byte(spare, lane, load_byte(
-                numbers, number_bytes * (at + max(end - LANES + lane, 0))))
-        pixels = load_like(kind, spare, 0)
-    return reversed_lanes(pixels, pixels)
-
-
-@inlined
-def _prior_costs(label, prior):
-    """Return what a prior adds to the cost of a label: vectors of its labels, dead zone, cut."""
-    known, dead_zone, cut, _ = prior
-    away = minimum(subtract(known, label), subtract(label, known))      # modulo 256
-    return minimum(saturating_subtract(away, dead_zone), cut)
-
-
-@inlined
-def _prior(kind, labels, weights, label_bytes, at, end, spare):
-    """
-    Return a prior in a row of a tile: labels, dead zones, cuts, and lanes without weight.
-
-    The last has a bit for each lane.
-    """
-    weight = _pixels(kind, weights, 1, at, end, spare)
-    return (_pixels(kind, labels, label_bytes, at, end, spare), shift_right(weight, DEAD_ZONE),
-            bit_and(weight, splat_like(kind, 2**DEAD_ZONE - 1)), equal_bits(weight, kind))
-
-
-@called
-def _fill(features, found, genes, count, top, below, end, costs, spare):
-    """Write the costs of the genes of a tile, whose last column is end - 1, priors included."""
-    kind = splat(np.uint8(0))
-    cuts, stride = cuts_of(features, kind), features.census_stride
-    pointed, target_stride = features.columns - end, features.target_stride
-    for row in range(top, below):
-        code = (_pixels(kind, features.census, 1, 3 * row * stride, end, spare),
-                _pixels(kind, features.census, 1, (3 * row + 1) * stride, end, spare),
-                _pixels(kind, features.census, 1, (3 * row + 2) * stride, end, spare))
-        slope = _pixels(kind, features.slopes, 1, row * features.slope_stride, end, spare)
-        at = row * features.columns
-        half = _prior(kind, found.half_labels, found.half_weights, found.label_bytes, at, end,
-                      spare)
-        previous = _prior(kind, found.previous_labels, found.previous_weights, found.label_bytes,
-                          at, end, spare)
-        of_half, of_previous = half[3] != NONE, previous[3] != NONE
-        for index in range(count):
-            label = np.int64(load_short(genes, index))
-            place = row * target_stride + pointed + label
-            cost = raw_costs(features.target_census, place + 2 * row * target_stride,
-                             target_stride, features.target_slopes, place, code, slope, cuts)
-            if of_half:
-                cost = add(cost, _prior_costs(splat_like(kind, label), half))
-            if of_previous:
-                cost = add(cost, _prior_costs(splat_like(kind, label), previous))
-            store(costs, index * SQUARE + (row - top) * LANES, cost)
 
 
 @inlined
@@ -257,11 +187,11 @@ def sum_across(features, found, tiles, scratch, first, last):
             tile, end = tile_row * tiles.columns + column, min((column + 1) * SIDE, columns)
             count, place = load_long(tiles.counts, tile), load_long(tiles.places, tile)
             place = (place - before) * SQUARE
-            _fill(features, found, tiles.genes + 2 * MOST_GENES * tile, count, top, below, end,
-                  scratch.costs + place, scratch.spare)
+            fill_costs(features, found, tiles.genes + 2 * MOST_GENES * tile, count, top, below,
+                       end, scratch.costs + place, scratch.spare)
             jumps = scratch.jumps + column * SQUARE
             for row in range(top, below):
-                store(jumps, (row - top) * LANES, _pixels(
+                store(jumps, (row - top) * LANES, pixels_of(
                     kind, found.across, 1, row * columns, end, scratch.spare))
             transpose(jumps, jumps)
             for square in range(scratch.costs + place, scratch.costs + place + count * SQUARE,
@@ -371,11 +301,11 @@ def select_down(features, found, tiles, scratch, first, last):
                      _carry(found, tiles, tile - tiles.columns, tile, least, scratch))
             count, place = load_long(tiles.counts, tile), load_long(tiles.places, tile) * SQUARE
             top, below = tile_row * SIDE, min((tile_row + 1) * SIDE, found.rows)
-            _fill(features, found, tiles.genes + 2 * MOST_GENES * tile, count, top, below, end,
-                  costs, scratch.spare)
+            fill_costs(features, found, tiles.genes + 2 * MOST_GENES * tile, count, top, below,
+                       end, costs, scratch.spare)
             for row in range(top, below):
                 at = (row - top) * LANES
-                jump = _pixels(kind, found.down, 1, row * columns, end, scratch.spare)
+                jump = pixels_of(kind, found.down, 1, row * columns, end, scratch.spare)
                 least = _move(count, scratch, jump, least, costs + at, found.sums + place + at,
                               False)
             costs += count * SQUARE
@@ -396,7 +326,7 @@ def select_down(features, found, tiles, scratch, first, last):
                 _write(found.least, out, end, width, best, spare)
                 _write(found.margins, out, end, width, saturating_subtract(elsewhere, best), spare)
                 _write(found.offsets, out, end, width, fitted_offsets(below, best, above), spare)
-                jump = _pixels(kind, found.down, 1, out, end, spare)
+                jump = pixels_of(kind, found.down, 1, out, end, spare)
 
 
 @kernel

@@ -1,0 +1,81 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""The costs of the genes of a tile at its cells, priors included, see selection.py."""
+from fuzzy_stereo_ros.matching.kernels.addresses import load_byte, load_short, store_byte
+from fuzzy_stereo_ros.matching.kernels.compiled import called, inlined
+from fuzzy_stereo_ros.matching.kernels.possibility.costs import cuts_of, DEAD_ZONE, raw_costs
+from fuzzy_stereo_ros.matching.kernels.scanlines.transpose import SQUARE
+from fuzzy_stereo_ros.matching.kernels.simd import (
+    add, bit_and, equal_bits, LANES, load_like, minimum, narrow, reversed_lanes,
+    saturating_subtract, shift_right, splat, splat_like, store, subtract, widen)
+import numpy as np
+
+NONE = np.uint32(2**LANES - 1)      # of the lanes of a prior have weight
+
+
+@inlined
+def pixels_of(kind, numbers, number_bytes, at, end, spare):
+    """
+    Return 32 bytes of a row, the low ones of numbers, from column end - 1 to the left.
+
+    at: index of column 0; columns before it repeat it
+    """
+    if end >= LANES and number_bytes == 1:
+        pixels = load_like(kind, numbers, at + end - LANES)
+    elif end >= LANES:
+        pixels = narrow(load_like(widen(kind), numbers, 2 * (at + end - LANES)))
+    else:
+        for lane in range(LANES):
+            store_byte(spare, lane, load_byte(
+                numbers, number_bytes * (at + max(end - LANES + lane, 0))))
+        pixels = load_like(kind, spare, 0)
+    return reversed_lanes(pixels, pixels)
+
+
+@inlined
+def _prior_costs(label, prior):
+    """Return what a prior adds to the cost of a label: vectors of its labels, dead zone, cut."""
+    known, dead_zone, cut, _ = prior
+    away = minimum(subtract(known, label), subtract(label, known))      # modulo 256
+    return minimum(saturating_subtract(away, dead_zone), cut)
+
+
+@inlined
+def _prior(kind, labels, weights, label_bytes, at, end, spare):
+    """
+    Return a prior in a row of a tile: labels, dead zones, cuts, and lanes without weight.
+
+    The last has a bit for each lane.
+    """
+    weight = pixels_of(kind, weights, 1, at, end, spare)
+    return (pixels_of(kind, labels, label_bytes, at, end, spare), shift_right(weight, DEAD_ZONE),
+            bit_and(weight, splat_like(kind, 2**DEAD_ZONE - 1)), equal_bits(weight, kind))
+
+
+@called
+def fill_costs(features, found, genes, count, top, below, end, costs, spare):
+    """Write the costs of the genes of a tile, whose last column is end - 1, priors included."""
+    kind = splat(np.uint8(0))
+    cuts, stride = cuts_of(features, kind), features.census_stride
+    pointed, target_stride = features.columns - end, features.target_stride
+    for row in range(top, below):
+        code = (pixels_of(kind, features.census, 1, 3 * row * stride, end, spare),
+                pixels_of(kind, features.census, 1, (3 * row + 1) * stride, end, spare),
+                pixels_of(kind, features.census, 1, (3 * row + 2) * stride, end, spare))
+        slope = pixels_of(kind, features.slopes, 1, row * features.slope_stride, end, spare)
+        at = row * features.columns
+        half = _prior(kind, found.half_labels, found.half_weights, found.label_bytes, at, end,
+                      spare)
+        previous = _prior(kind, found.previous_labels, found.previous_weights, found.label_bytes,
+                          at, end, spare)
+        of_half, of_previous = half[3] != NONE, previous[3] != NONE
+        for index in range(count):
+            label = np.int64(load_short(genes, index))
+            place = row * target_stride + pointed + label
+            cost = raw_costs(features.target_census, place + 2 * row * target_stride,
+                             target_stride, features.target_slopes, place, code, slope, cuts)
+            if of_half:
+                cost = add(cost, _prior_costs(splat_like(kind, label), half))
+            if of_previous:
+                cost = add(cost, _prior_costs(splat_like(kind, label), previous))
+            store(costs, index * SQUARE + (row - top) * LANES, cost)
