@@ -173,7 +173,6 @@ def main():
     memory.begin()
     if what in CHANGES:
         arrays.SMALL = arrays.OWN       # each array has memory of its own, of any size
-        arrays.Lent.__call__ = lambda _, shape, dtype=float: np.zeros(shape, dtype)
         match_all(what, int(kinds))
         match_drawn(what, int(drawn))
     else:
