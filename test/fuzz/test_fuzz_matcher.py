@@ -87,8 +87,7 @@ def assert_sound(match, shape, config):
     assert np.all((match.confidence >= 0) & (match.confidence <= 1))
     invalid = match.confidence[np.isnan(match.disparity)]
     assert np.all((invalid == 0) | (invalid < config.confidence_threshold))
-    evolving = config.algorithm == 'realtime' and config.warm_start     # planes over frames
-    assert len(match.history) == match.generations <= config.generations + evolving
+    assert len(match.history) == match.generations <= config.generations
 
 
 @examples(120)

@@ -40,7 +40,7 @@ if sys.argv[2] == 'dry run':
     matcher.warm_up(120, 160)
 for number, frame in enumerate(make_sequence(120, 160, 24, 5, noise=2.0)):
     matcher.match(*(np.roll(view, 3 * number, axis=1) for view in (frame.left, frame.right)))
-if sys.argv[1] == 'realtime':       # where planes evolve from frame to frame
+if sys.argv[1] == 'realtime':       # where plain regions vote, and pictures are averaged
     random, view = np.random.default_rng(1), frame.left.astype(float)
     view[40:, 40:140] = 90
     for _ in range(20):
@@ -66,7 +66,7 @@ def test_no_kernel_is_left_to_the_frames_of_a_camera_that_moves(profile):
     assert found['warm-up'] == []
     assert set(found['dry run']) <= MISSED[profile]
     if profile == 'realtime':
-        assert {'move_map', 'propose_planes', 'select_stale'} <= set(found['cold'])
+        assert {'move_map', 'list_genes', 'elect_by_halves'} <= set(found['cold'])
 
 
 def warm_up(cache, *words):

@@ -143,7 +143,7 @@ def margins_of_half(half):
         place = min(row // 2, rows - 1), min(column // 2, columns - 1)
         voted = half.prior.weights[row, column] == VOTED
         margins[row, column] = 255 if voted else min(
-            3 * max(int(half.chosen.margins[place]) - 10, 0), 255)
+            3 * max(int(half.chosen.margins[place]) - 14, 0), 255)
     return margins
 
 

@@ -12,7 +12,7 @@ PAPER = {'profile': 'paper', 'population': 6, 'generations': 3}
 
 
 def faint_scene():
-    """Return pairs that stay but for noise, of plain surfaces, whose planes evolve."""
+    """Return pairs that stay but for noise, of plain surfaces, which vote."""
     return [pair._replace(left=112 + pair.left // 8, right=112 + pair.right // 8)
             for pair in scene(2 * FRAMES, 160, 240, 32, noise=4.0)]
 

@@ -77,7 +77,7 @@ def smooth_offsets(final, fitted, total, count, fine, agreeing, first, last):
 
 CLEAR_MARGIN = 24    # summed cost by which the best label elsewhere is worse: half sure
 CERTAIN = 255 * 256   # of a label that is certain
-CHANCE = 10          # margin of the half-size search that noise often reaches
+CHANCE = 14          # margin of the half-size search that noise often reaches
 LINES = 10           # confidence is the minimum of so many lines
 
 
