@@ -90,7 +90,7 @@ class Generation:
         rows, columns = (chain.parts(side * SIDE, SIDE) for side in self._tiles)
 
         def listed(part):
-            list_genes(parents, self._addresses, self._scratch[part[0]][0],
+            list_genes(*parents, self._addresses, self._scratch[part[0]][0],
                        self._possibility.disparities, self._last_parent, *_tiles_of(part))
 
         def place(_):

@@ -119,13 +119,13 @@ def seen_size(disparities):
 
 
 @kernel
-def list_genes(parents, tiles, seen, disparities, last_parent, first, last):
+def list_genes(smooth, found, previous, tiles, seen, disparities, last_parent, first, last):
     """
     List the genes of the tiles of the rows of tiles first .. last - 1.
 
-    parents: the fields of the Parents; tiles: those of Tiles, of which genes and counts are
-    written; seen: address of seen_size bytes; last_parent: the last label that a half-size map can
-    have, which stands for nearer ones: all of these are genes
+    smooth, found, previous: the fields of Parents; tiles: those of Tiles, of which genes and
+    counts are written; seen: address of seen_size bytes; last_parent: the last label that a
+    half-size map can have, which stands for nearer ones: all of these are genes
     """
     tiles, size = Tiles(*tiles), seen_size(disparities)
     memory, seen, nowhere = seen, seen + LANES, size - LANES - 1
@@ -133,7 +133,7 @@ def list_genes(parents, tiles, seen, disparities, last_parent, first, last):
         for place in range(0, size, LANES):
             store(memory, place, splat(np.uint8(0)))
         top, left = tile // tiles.columns * SIDE, tile % tiles.columns * SIDE
-        for parent in parents:
+        for parent in (smooth, found, previous):
             _inherit_parts(parent, top, left, seen, nowhere)
         beyond = False
         for label in range(last_parent, disparities):
