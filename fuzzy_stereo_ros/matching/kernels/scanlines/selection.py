@@ -123,10 +123,19 @@ def _carry(found, tiles, tile, other, least, scratch):
 
 
 @inlined
-def _moved_on(before, here, after, step, next_step, jump, cost):
-    """Return the path of a gene moved on, see steps.py: of the paths of the genes beside it."""
+def _moved_on(index, scratch, before, here, step, jump, least, cost):
+    """
+    Move the path of a gene of a tile on, see steps.py.
+
+    before, here: the paths to the gene before and to this one; step: between the two. Returns the
+    path, that to the gene behind as it was, and the step to that.
+    """
+    after = saturating_subtract(load_like(jump, scratch.paths, (index + 2) * LANES), least)
+    next_step = load_like(jump, scratch.steps, (index + 1) * LANES)
     beside = minimum(saturating_add(before, step), saturating_add(after, next_step))
-    return saturating_add(minimum(minimum(here, jump), beside), cost)
+    path = saturating_add(minimum(minimum(here, jump), beside), cost)
+    store(scratch.paths, (index + 1) * LANES, path)
+    return path, after, next_step
 
 
 @inlined
@@ -140,11 +149,8 @@ def _move(count, scratch, jump, least, costs, sums, begins):
     before, here = full, saturating_subtract(load_like(jump, scratch.paths, LANES), least)
     step, smallest = full, full
     for index in range(count):
-        after = saturating_subtract(load_like(jump, scratch.paths, (index + 2) * LANES), least)
-        next_step = load_like(jump, scratch.steps, (index + 1) * LANES)
-        path = _moved_on(before, here, after, step, next_step, jump,
-                         load_like(jump, costs, index * SQUARE))
-        store(scratch.paths, (index + 1) * LANES, path)
+        path, after, next_step = _moved_on(index, scratch, before, here, step, jump, least,
+                                           load_like(jump, costs, index * SQUARE))
         store(sums, index * SQUARE, path if begins else saturating_add(
             path, load_like(jump, sums, index * SQUARE)))
         smallest = minimum(smallest, path)
@@ -232,11 +238,8 @@ def _select(genes, count, scratch, jump, least, costs, sums):
     first = np.int64(load_short(genes, 0))
     low, high = splat_like(jump, first), splat_like(jump, first >> 8)
     for index in range(count):
-        after = saturating_subtract(load_like(jump, scratch.paths, (index + 2) * LANES), least)
-        next_step = load_like(jump, scratch.steps, (index + 1) * LANES)
-        path = _moved_on(before, here, after, step, next_step, jump,
-                         load_like(jump, costs, index * SQUARE))
-        store(scratch.paths, (index + 1) * LANES, path)
+        path, after, next_step = _moved_on(index, scratch, before, here, step, jump, least,
+                                           load_like(jump, costs, index * SQUARE))
         smallest = minimum(smallest, path)
         total = saturating_add(path, load_like(jump, sums, index * SQUARE))
         better, linked = less(total, best), less(step, full)
