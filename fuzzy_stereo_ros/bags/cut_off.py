@@ -63,8 +63,10 @@ def is_torn_database(path):
 def check_tables(path):
     """Raise ValueError if a file (Path) is a .db3 with rows that are not stored, as of views."""
     with suppress(sqlite3.Error), closing(_database(path)) as database:
+        database.text_factory = lambda text: text.decode(errors='replace')
         database.execute('PRAGMA writable_schema = ON')
-        for kind, name, text in database.execute('SELECT type, name, sql FROM sqlite_master'):
+        for kind, name, text in database.execute(
+                'SELECT type, name, CAST(sql AS TEXT) FROM sqlite_master'):
             if kind not in ('table', 'index') or COMPUTED.search(text or ''):
                 raise ValueError(f'{path} cannot be read as a bag: {name!a} is computed')
 

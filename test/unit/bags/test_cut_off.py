@@ -305,15 +305,18 @@ COMPUTED = {
 
 @pytest.mark.parametrize('described', [False, True])
 @pytest.mark.parametrize('torn', [0, 100])
+@pytest.mark.parametrize('comment', ['', '2f2aff2a2f'], ids=['', 'no UTF-8'])
 @pytest.mark.parametrize('what', COMPUTED)
 def test_rows_that_a_database_computes_are_not_read_as_they_may_have_no_end(
-        tmp_path, what, torn, described):
+        tmp_path, what, comment, torn, described):
     with BagOf(tmp_path / 'bag', 'sqlite3') as bag:
         bag.write('/number', bag.make('std_msgs/msg/Int32'), 1)
     file = file_of(tmp_path / 'bag')
     with closing(sqlite3.connect(file)) as database:
         table = what if COMPUTED[what].startswith('VIEW') else 'messages'
-        database.executescript(f'DROP TABLE {table}; CREATE {COMPUTED[what]};')
+        database.executescript(
+            f'DROP TABLE {table}; CREATE {COMPUTED[what]}; PRAGMA writable_schema = ON; UPDATE '
+            f"sqlite_master SET sql = CAST(CAST(sql AS BLOB) || x'{comment}' AS TEXT)")
     file.write_bytes(file.read_bytes()[:file.stat().st_size - torn])
     with pytest.raises(ValueError, match=f"{file} cannot be read as a bag: '[a-z_]*' is computed"):
         BagReader([file.parent if described else file])
