@@ -5,8 +5,8 @@ Read the names of image files: which camera took the image, which frame it is of
 
 Images of two cameras are a pair where their names say the same, apart from what names the camera.
 Names are read as far as one that shows equal frames: the times in them; the names; the names
-without the words for the camera; the numbers in them; and those that change. Names that never show
-equal frames make no pair.
+without the words for the camera; the numbers in them; and those that change. Zeros before numbers
+say nothing. Names that never show equal frames make no pair.
 """
 from itertools import pairwise
 import re
@@ -19,6 +19,7 @@ CAMERAS = tuple(map(re.compile, (
     '(?i:left|right)|(?<![A-Z])[LR](?![A-Za-z])|(?<![A-Za-z])[lr](?![A-Za-z])',
     '(?<![A-Za-z])(?i:cam(?:era)?|infra(?:red)?|ir)[ _-]?[0-9](?![0-9])')))
 NUMBER = re.compile('([0-9]+)')
+ZEROS = re.compile(r'(?<![0-9.])0+(?=[0-9])')   # before a number, not behind a point
 # A time since 1970, until 2033, or else in seconds; and its part behind a point, or counted.
 TIMES = tuple(re.compile(rf'(?<!\d)({whole})(?:([._-])(\d{{1,15}}))?(?!\d)', re.ASCII)
               for whole in (r'1\d{9}(?:\d{3}){0,3}(?!\d)', r'\d{1,9}(?=\.\d{3})'))
@@ -96,9 +97,10 @@ def _times(stems):
 
 def _readings(stems):
     """Yield what the names of both cameras' files say of their frames, each time a bit less."""
-    yield stems
     frames = [[camera_and_frame(stem)[1] for stem in side] for side in stems]
-    yield frames
+    for names in (stems, frames):
+        yield [[ZEROS.sub('', name) for name in side] for side in names]
+        yield names     # 1 and 01 may be two frames of a camera
     if any(len({NUMBER.sub('0', frame) for frame in side}) > 1 for side in frames):
         return
     numbers = [[[*map(int, NUMBER.findall(frame))] for frame in side] for side in frames]

@@ -76,6 +76,8 @@ class Frames:
             self.stamped_by = 'the rate of --rate' if rate else 'the rate of the video'
         else:
             stems = [[file.stem for file in side] for side in files]
+            if any(len({*side}) < len(side) for side in stems):     # in several folders
+                stems = [[str(file.with_suffix('')) for file in side] for side in files]
             if all(Path(path).is_file() for path in self.paths):
                 stems[1] = stems[0]     # two images that are named one by one belong together
             stamps, self.stamped_by = stamps_of(self.name, stems, rate)

@@ -62,6 +62,13 @@ def test_hidden_files_and_companions_of_other_systems_are_no_images(tmp_path):
         assert levels(*paths) == [(0, 1), (2, 3)]
 
 
+def test_equal_names_in_several_folders_pair_within_each(tmp_path):
+    written(tmp_path, [f'{run}/{side}/{number}.PNG' for run in ('b', 'a') for number in (10, 9)
+                       for side in ('left', 'right')] + ['a/left/8.PNG', 'b/right/8.PNG'])
+    assert levels(f'{tmp_path}/*/left/*', f'{tmp_path}/*/right/*') == [
+        (6, 7), (4, 5), (2, 3), (0, 1)]
+
+
 def test_two_images_that_are_named_one_by_one_are_a_pair_whatever_their_names(tmp_path):
     folder = written(tmp_path, ['im2.png', 'im6.png'])
     assert levels(folder / 'im2.png', folder / 'im6.png') == [(0, 1)]

@@ -126,6 +126,18 @@ def test_equal_times_pair_whatever_number_of_the_camera_stands_behind_them():
     assert pairs_of(names)[0][0] == 1732000000033 * MS
 
 
-def test_equal_numbers_pair_whatever_zeros_and_words_stand_before_them():
-    assert pairs_of([['a7', 'a12'], ['x_0012', 'x_0007']], 10) == [
-        (700_000_000, 'a7', 'x_0007'), (1_200_000_000, 'a12', 'x_0012')]
+@examples(50)
+@given(st.sets(st.integers(0, 2000), min_size=1, max_size=12), st.sets(st.integers(0, 2000)),
+       st.tuples(st.integers(1, 6), st.integers(1, 6)), st.sampled_from(CAMERAS),
+       st.tuples(st.sampled_from(OTHERS), st.sampled_from(OTHERS)), st.booleans())
+def test_equal_numbers_pair_whatever_zeros_and_words_stand_before_them(
+        both, lost, widths, cameras, others, alike):
+    """Also where some have no zeros to lose: 10 and 010, but 100 and 100."""
+    if alike or any(map(str.isdigit, ''.join(others))):
+        others = (others[0],) * 2
+    names = [{n: '_'.join(filter(None, (other, camera, f'{n:0{width}}'))) for n in both | own}
+             for camera, other, width, own in zip(cameras, others, widths, (lost - both, set()))]
+    found = pairs_of([sorted(side.values()) for side in names], 10)
+    assert [pair[1:] for pair in found] == [(names[0][n], names[1][n]) for n in sorted(both)]
+    assert len(both | lost) < 2 or [pair[0] for pair in found] == [
+        n * SECOND // 10 for n in sorted(both)]
