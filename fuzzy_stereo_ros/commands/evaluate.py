@@ -169,7 +169,7 @@ def _run_without_truth(arguments, matchers, outputs, stream):
     images = [image.read() for image in next(frames.pairs())[1:]]
     infos, cameras = (None, None), CameraOptions.of(arguments)
     if arguments.rectify or cameras.given:
-        infos, _ = cameras.cameras(images[0].shape[:2], '--rectify', arguments.rectify,
+        infos, _ = cameras.cameras(images[0].shape[:2], 'depth', arguments.rectify,
                                    frames.paths)
     reader = PairReader(arguments.rectify)
 

@@ -110,7 +110,7 @@ def run(arguments, stream):
         inputs += arguments.left, arguments.right, *(arguments.calibration or ())
         images, infos = read_pair(arguments.left, arguments.right), (None, None)
         if arguments.rectify or cameras.given:
-            infos, _ = cameras.cameras(images[0].shape[:2], '--rectify', arguments.rectify,
+            infos, _ = cameras.cameras(images[0].shape[:2], 'depth', arguments.rectify,
                                        (arguments.left, arguments.right))
         pair = PairReader(arguments.rectify).read_images(images, infos)
     elif arguments.rectify or cameras.given:
@@ -192,8 +192,8 @@ def run(arguments, stream):
 def _check_metric(names, calibration, config):
     """Raise ValueError if outputs in metres are asked for, but the camera or its image is not."""
     if names and not calibration.baseline:
-        raise ValueError(f'--{names[0]} needs a camera: give --calibration, or --focal and '
-                         '--baseline')
+        raise ValueError(f'--{names[0]} needs a baseline: ' + ('; '.join(
+            calibration.remarks) or 'give --calibration, or --focal and --baseline'))
     if names and config.reference != 'left':
         raise ValueError(f'--{names[0]} is of the left image; leave out --reference')
 

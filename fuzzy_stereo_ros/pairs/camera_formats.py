@@ -16,7 +16,7 @@ import re
 from typing import NamedTuple
 
 import cv2
-from fuzzy_stereo_ros.pairs.calibration import expected_size, read_calibration
+from fuzzy_stereo_ros.pairs.calibration import read_calibration
 from fuzzy_stereo_ros.pairs.camera_files import (
     Camera, centred_calibration, read_camera, read_yaml, rectified_cameras)
 from fuzzy_stereo_ros.pairs.image_files import read_bytes
@@ -67,12 +67,20 @@ def read_cameras(paths, shape=None, offset=0.0, unit=None, images=()):
     that of the right one, for the ROS YAML of the right camera alone. unit: of UNITS, of the
     lengths; None = that of the format. images: paths of the left and the right images, whose
     folders tell which of KITTI's cameras they are of.
-    Raises ValueError for a damaged file, one of another format, or a lens of another model.
+    Raises ValueError for a damaged file, one of another format, or a lens of another model, and
+    as `read_calibration`.
     """
     contents, form = _contents_and_format(paths)
     names = ' and '.join(map(str, paths))
     try:
-        cameras = form.read(paths, contents, shape, images)
+        left, right = (replace(camera, p=tuple(
+            value / UNITS[unit or form.unit] if place % 4 == 3 else value
+            for place, value in enumerate(camera.p)))
+            for camera in form.read(paths, contents, shape, images))
+        if len(paths) == 1 and form.read is _ros:
+            p = left.p
+            left = replace(left, p=(*p[:2], p[2] + offset, 0.0, *p[4:]))
+        read_calibration(left, right)       # names what is wrong
     except BadPair as bad:
         raise ValueError(f'{names}: {bad}') from None
     except (ArithmeticError, LookupError, TypeError, ValueError, RecursionError,
@@ -81,12 +89,6 @@ def read_cameras(paths, shape=None, offset=0.0, unit=None, images=()):
                          str(error) or type(error).__name__).split())
         raise ValueError(text if any(str(path) in text for path in paths) else
                          f'{names} is damaged, or no {form.name}: {text}') from None
-    left, right = (replace(camera, p=tuple(
-        value / UNITS[unit or form.unit] if place % 4 == 3 else value
-        for place, value in enumerate(camera.p))) for camera in cameras)
-    if is_of_one_camera(paths):
-        p = left.p
-        left = replace(left, p=(*p[:2], p[2] + offset, 0.0, *p[4:]))
     return left, right
 
 
@@ -102,22 +104,6 @@ def _contents_and_format(paths):
             return contents, form
     raise ValueError(f"the calibration is {' and '.join(map(str, paths))}; allowed are "
                      + ', '.join(form.name for form in FORMATS))
-
-
-def read_calibration_files(paths, offset=0.0, shape=None, unit=None):
-    """
-    Return the Calibration of a rectified pair, and the (rows, columns) of its images or None.
-
-    Arguments and errors are those of `read_cameras`; ValueError, too, without a baseline.
-    """
-    left, right = read_cameras(paths, shape, offset, unit)
-    try:
-        calibration = read_calibration(left, right)
-        if not calibration.baseline:
-            raise ValueError(calibration.remarks[-1])
-    except ValueError as error:
-        raise ValueError(f'{paths[-1]}: {error}') from None
-    return calibration, expected_size(right)
 
 
 def _ros(paths, contents, shape, images):

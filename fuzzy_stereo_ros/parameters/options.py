@@ -7,10 +7,10 @@ from functools import cache
 import math
 
 from fuzzy_stereo_ros.matching import MatcherConfig, PROFILES
-from fuzzy_stereo_ros.pairs.calibration import read_calibration
+from fuzzy_stereo_ros.pairs.calibration import expected_size, read_calibration
 from fuzzy_stereo_ros.pairs.camera_files import centred_calibration, rectified_cameras
 from fuzzy_stereo_ros.pairs.camera_formats import (
-    FORMATS, is_of_one_camera, read_calibration_files, read_cameras, UNITS, UNKNOWN)
+    FORMATS, is_of_one_camera, read_cameras, UNITS, UNKNOWN)
 from fuzzy_stereo_ros.pairs.stereo_pair import Projection
 from fuzzy_stereo_ros.parameters.table import MATCHER_PARAMETERS, NODE_PARAMETERS, written
 
@@ -187,48 +187,50 @@ class CameraOptions:
         """
         Return the Calibration.
 
-        shape: (R, C) of the image. needed: names of the required ones of focal and baseline.
-        purpose: what requires them, for the error. Raises ValueError if one is missing, for camera
-        files of another size, and as `read_calibration_files`.
+        needed: names of the required ones of focal and baseline. Other arguments and errors:
+        `cameras`; ValueError, too, without a baseline that is needed.
         """
-        if self.calibration is not None:
-            calibration, size = read_calibration_files(
-                self.calibration, self.offset or 0.0, shape, self.unit)
-            if size not in (None, shape):
-                raise ValueError(f'{self.calibration[-1]} is of {size[1]}x{size[0]} pixels, but '
-                                 f'the images have {shape[1]}x{shape[0]}; give the calibration of '
-                                 'these')
+        calibration = read_calibration(*self.cameras(shape, purpose, needed=needed)[0])
+        if calibration.baseline:
             return calibration
-        missing = [f'--{name}' for name in needed if getattr(self, name) is None]
-        if missing:
-            raise ValueError(f"{purpose} needs the cameras: give {' and '.join(missing)}, or "
-                             '--calibration with a calibration file')
-        calibration = centred_calibration(self.focal, self.baseline or math.nan,
-                                          self.offset or 0.0, *shape)
-        if self.principal_point is not None:
-            calibration = replace(calibration, left=Projection(
-                self.focal, self.focal, *self.principal_point))
-        return calibration if self.baseline is None else replace(
-            calibration, remarks=read_calibration(
-                *rectified_cameras(calibration, *shape).values()).remarks)
+        *remarks, lacking = calibration.remarks
+        if 'baseline' in needed:
+            raise ValueError(f'{purpose} needs a baseline: {lacking}')
+        return replace(calibration, remarks=tuple(remarks))
 
-    def cameras(self, shape, purpose, raw=False, images=()):
+    def cameras(self, shape, purpose, raw=False, images=(), needed=ABOVE_ZERO):
         """
         Return the left and the right Camera, and their origin in words.
 
-        raw: whether raw images are to be rectified. images: as for `read_cameras`. Other arguments
-        and errors: `read`.
+        shape: (R, C) of the images. purpose: what requires cameras, for errors. raw: whether raw
+        images are to be rectified. images: as for `read_cameras`. needed: as for `read`.
+        Raises ValueError if one is missing, for camera files of another size, and as
+        `read_cameras`.
         """
         files = self.calibration
         found = files and read_cameras(files, shape, self.offset or 0.0, self.unit, images)
         if raw and (not found or is_of_one_camera(files) or found[0].r == UNKNOWN):
             raise ValueError('--rectify and --crop need the calibration of both raw cameras: '
                              'those of a bag, or --calibration with files of both')
-        calibration = self.read(shape, ABOVE_ZERO, purpose)
         if found:
+            size = expected_size(found[1])
+            if size not in (None, shape):
+                raise ValueError(f'{files[-1]} is of {size[1]}x{size[0]} pixels, but the images '
+                                 f'have {shape[1]}x{shape[0]}; give the calibration of these')
             return found, ' and '.join(files)
-        return tuple(rectified_cameras(calibration, *shape).values()), (
-            f'focal length {self.focal:g} px, baseline {self.baseline:g} m and the centre '
+        missing = [f'--{name}' for name in needed if getattr(self, name) is None]
+        if missing:
+            raise ValueError(f"{purpose} needs the cameras: give {' and '.join(missing)}, or "
+                             '--calibration with a calibration file')
+        calibration = centred_calibration(self.focal, self.baseline or 0.0, self.offset or 0.0,
+                                          *shape)
+        if self.principal_point is not None:
+            calibration = replace(calibration, left=Projection(
+                self.focal, self.focal, *self.principal_point))
+        found = tuple(rectified_cameras(calibration, *shape).values())
+        read_calibration(*found)
+        return found, (
+            f'focal length {self.focal:g} px, baseline {self.baseline or 0.0:g} m and the centre '
             + ('assumed in the middle of the image' if self.principal_point is None else
                'at {:g}, {:g}'.format(*self.principal_point)))
 

@@ -10,7 +10,7 @@ from fuzzed import damaged, examples
 from fuzzy_stereo_ros.commands.command_line import main
 from fuzzy_stereo_ros.pairs.camera_files import (
     centred_calibration, read_yaml, rectified_cameras, write_camera, write_middlebury_calibration)
-from fuzzy_stereo_ros.pairs.camera_formats import read_calibration_files
+from fuzzy_stereo_ros.pairs.camera_formats import read_cameras
 from fuzzy_stereo_ros.pairs.disparity_files import (
     encode_numpy, encode_pfm, read_depth, read_disparity)
 from fuzzy_stereo_ros.pairs.image_files import read_image
@@ -127,7 +127,7 @@ def test_a_calibration_of_any_bytes_is_read_or_rejected(tmp_path, calibrations, 
         damaged(calibrations[suffix]), st.binary(max_size=60),
         PLAIN.map(lambda plain: json.dumps(plain).encode())))
     path = written(tmp_path, f'calibration{suffix}', content)
-    rejected(lambda one: read_calibration_files([one]), path)
+    rejected(lambda one: read_cameras([one]), path)
 
 
 @examples(150)
@@ -142,7 +142,7 @@ def test_a_calibration_with_any_value_under_any_name_is_read_or_rejected(
         content[name] = data.draw(PLAIN)
     text = json.dumps(content).replace('Infinity', '.inf').replace('NaN', '.nan')
     path = written(tmp_path, 'right.yaml', text.encode())
-    rejected(lambda one: read_calibration_files([one]), path)
+    rejected(lambda one: read_cameras([one]), path)
 
 
 # ---- YAML ----

@@ -209,7 +209,7 @@ BAD_INPUT = {
                               'small.png is 79x48, the images are 80x48'),
     'truth without scale': (match_arguments(ground_truth='left.png'), 'the grey levels of one'),
     'depth without a camera': (match_arguments(depth='depth.pfm'),
-                               '--depth needs a camera: give --calibration, or --focal and'),
+                               '--depth needs a baseline: give --calibration, or --focal and'),
     'points of the right image': (match_arguments(points='points.ply', focal=100, baseline=1,
                                                   reference='right'),
                                   '--points is of the left image; leave out --reference'),

@@ -1,6 +1,7 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """What the commands say where little can be matched, and of rows that do not fit each other."""
+from dataclasses import replace
 import json
 from pathlib import Path
 
@@ -88,21 +89,41 @@ def test_evaluate_gives_the_cause_as_a_hint_of_a_scene(told):
 # ---- the cameras ----
 
 
-def test_a_remark_on_the_cameras_is_told_alike_by_match_replay_and_suggest(told, capsys):
-    rig = centred_calibration(300.0, 75.0, 0.0, 240, 320)
+@pytest.mark.parametrize('baseline, both, start', [
+    (75.0, 0.0, 'the baseline is 75 m; if that is meant to be cm or mm'),
+    (0.0, 0.0, 'the baseline is 0 m, as P[3] of the right camera_info is not -fx * baseline: '),
+    (0.0, -36.0, 'the baseline is 0 m, as P[3] of both camera_info is the same: ')])
+def test_a_remark_on_the_cameras_is_told_alike_by_all_commands(
+        told, capsys, baseline, both, start):
+    rig = centred_calibration(300.0, baseline, 0.0, 240, 320)
     for side, camera in rectified_cameras(rig, 240, 320).items():
-        write_camera(f'{side}.yaml', camera, side)
+        p = *camera.p[:3], camera.p[3] + both, *camera.p[4:]
+        write_camera(f'{side}.yaml', replace(camera, p=p), side)
     match = match_of(*MADE[:2], '--calibration', 'left.yaml', 'right.yaml')
     (remark,) = told(*match, '--json')['remarks']
-    assert remark.startswith('the baseline is 75 m; if that is meant to be cm or mm')
+    assert remark.startswith(start)
     assert f'remark: {remark}' in told(*match).splitlines()
+    assert remark in told(*match, '--rectify')
     folders = 'left.png', 'right.png', '--calibration', 'left.yaml', 'right.yaml'
     assert f'    # remark: {remark}' in told('suggest', *folders).splitlines()
     replay = 'replay', *folders, '--disparities', str(DISPARITIES), '--overwrite', '--output'
     assert told(*replay, 'one', '--json')['remarks'] == [remark]
-    assert main([*replay, 'two']) == 0 and remark in capsys.readouterr().err
+    assert main([*replay, 'two', '--with', 'depth']) == 0 and remark in capsys.readouterr().err
+    metric = ([*match, '--depth', 'depth.npy'], ['convert', 'out.pfm', 'depth.npy', '--to',
+                                                 'depth', *folders[2:], '--overwrite'])
+    for words in metric if baseline else ():
+        assert f'remark: {remark}' in told(*words).splitlines()
+    for words in () if baseline else metric:
+        assert main([*map(str, words)]) == 2
+        assert f' needs a baseline: {remark}' in capsys.readouterr().err
+
+
+def test_the_unit_of_lengths_is_that_of_a_calibration(told, capsys):
+    rig = centred_calibration(300.0, 75.0, 0.0, 240, 320)
+    write_camera('right.yaml', rectified_cameras(rig, 240, 320)['right'], 'right')
+    match = match_of(*MADE[:2], '--calibration', 'right.yaml')
     assert 'remark' not in told(*match, '--unit', 'mm')
-    assert told(*replay, 'three', '--json', '--unit', 'cm')['reach'].count('baseline 0.75 m')
+    assert 'baseline 0.75 m' in told(*match, '--unit', 'cm')
     assert main(['suggest', 'left.png', 'right.png', '--unit', 'mm']) == 2
     assert '--unit is that of the lengths in --calibration; give both' in capsys.readouterr().err
 

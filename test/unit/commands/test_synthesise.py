@@ -11,8 +11,8 @@ from unittest import mock
 
 from fuzzy_stereo_ros.commands import synthesise
 from fuzzy_stereo_ros.commands.command_line import main
-from fuzzy_stereo_ros.pairs.calibration import read_calibration
-from fuzzy_stereo_ros.pairs.camera_formats import read_calibration_files
+from fuzzy_stereo_ros.pairs.calibration import expected_size, read_calibration
+from fuzzy_stereo_ros.pairs.camera_formats import read_cameras
 from fuzzy_stereo_ros.pairs.disparity_files import read_disparity
 from fuzzy_stereo_ros.pairs.image_files import read_image
 from fuzzy_stereo_ros.pairs.messages import read_image as read_message, stamp_of
@@ -69,9 +69,9 @@ def test_the_files_hold_the_scene_that_the_options_make():
 def test_calib_txt_and_both_yaml_files_are_of_the_cameras_of_the_scene():
     assert synthesised(*SEQUENCE) == 0
     for names in (['calib.txt'], ['left.yaml', 'right.yaml']):
-        calibration, size = read_calibration_files([Path('scene', name) for name in names])
-        assert_calibrated(calibration)
-        assert size == (40, 70)
+        cameras = read_cameras([Path('scene', name) for name in names])
+        assert_calibrated(read_calibration(*cameras))
+        assert expected_size(cameras[1]) == (40, 70)
 
 
 @pytest.mark.parametrize('words, options', [

@@ -10,7 +10,7 @@ import cv2
 from fuzzy_stereo_ros.commands.command_line import main
 from fuzzy_stereo_ros.pairs.calibration import read_calibration
 from fuzzy_stereo_ros.pairs.camera_formats import (
-    is_of_one_camera, read_calibration_files, read_cameras, UNITS)
+    is_of_one_camera, read_cameras, UNITS)
 from fuzzy_stereo_ros.pairs.image_files import write_image
 from fuzzy_stereo_ros.parameters.options import CameraOptions
 from hypothesis import given, HealthCheck, settings, strategies as st
@@ -254,7 +254,7 @@ def middlebury(folder):
     (depthai, 'cm'), (middlebury, 'mm')])
 def test_lengths_are_of_the_unit_that_is_said_or_of_the_format(tmp_path, write, own):
     paths, known = write(tmp_path), np.linalg.norm(T)
-    baselines = {unit: read_calibration_files(paths, 0, SHAPE, unit)[0].baseline
+    baselines = {unit: read_calibration(*read_cameras(paths, SHAPE, unit=unit)).baseline
                  for unit in (None, *UNITS)}
     assert baselines == pytest.approx({None: known, **{
         unit: known * UNITS[own] / count for unit, count in UNITS.items()}})
@@ -273,7 +273,7 @@ def test_any_word_of_a_file_may_be_another_one(tmp_path, data, write):
         ['x', '-1', '0', '1e400', 'nan', '[]', '{}', 'null', '""', '[[1, 2], 3]', 'true', '']))
     path.write_text(word.string[:word.start()] + other + word.string[word.end():])
     try:
-        read_calibration_files(paths, 0, SHAPE)
+        read_cameras(paths, SHAPE)
     except ValueError as error:
         assert '\n' not in str(error) and type(error) is ValueError
 
@@ -309,12 +309,12 @@ def kitti(path, numbers=KITTI, name='P{}'):
     ('left', 'right', GREY), ('image_2.png', 'image_3.png', GREY), ('image_2', 'right', GREY)])
 def test_the_folders_of_kitti_tell_the_cameras(tmp_path, name, left, right, baseline):
     path = kitti(tmp_path / 'calib.txt', name=name)
-    cameras = read_cameras([path], (376, 1241), images=(tmp_path / left, tmp_path / right))
+    beside = {'shape': (376, 1241), 'images': (tmp_path / left, tmp_path / right)}
     if isinstance(baseline, str):
-        with pytest.raises(ValueError, match=baseline):
-            read_calibration(*cameras)
+        with pytest.raises(ValueError, match=f'calib.txt: the baseline is .*: {baseline}'):
+            read_cameras([path], **beside)
     else:
-        found = read_calibration(*cameras)
+        found = read_calibration(*read_cameras([path], **beside))
         assert found.baseline == pytest.approx(baseline) and not found.remarks
 
 
