@@ -154,7 +154,7 @@ def end_sentence(stats, outputs, options, begin):
             return 'interrupted before the first pair'
         return f"interrupted: {far}{'; --resume continues' if options.can_be_resumed else ''}"
     if outputs.sinks is None:
-        return f'{options.output} cannot be created: {text_of(stats.error)}'
+        return f'{options.output} cannot be written: {text_of(stats.error)}'
     if options.can_be_resumed or isinstance(stats.error, DamagedBag):
         return f'{text_of(stats.error)}; {far}'
     return text_of(stats.error)     # a video that failed does not exist
