@@ -373,11 +373,12 @@ def cut_parts(rows, threads, height=1):
     """
     Return the parts of an image for a number of threads, as `cut_bands` returns bands.
 
-    For stages whose result is the same however rows are cut. There are two for each thread, so
-    that others do the part of a thread that wakes late or runs slowly, where each then has 60 rows
-    or more and the image 480; else one, of 30 rows or more. There are at most MOST_PARTS.
+    For stages whose result is the same however rows are cut. There are two for each of several
+    threads, so that others do the part of a thread that wakes late or runs slowly, where each then
+    has 60 rows or more and the image 480; else one, of 30 rows or more. There are at most
+    MOST_PARTS.
     """
-    two = rows >= max(2 * threads * _ROWS, _ROWS_OF_TWO)
+    two = threads > 1 and rows >= max(2 * threads * _ROWS, _ROWS_OF_TWO)
     count = min(2 * threads if two else threads, rows // _LEAST_ROWS)
     return _cut(rows, height, max(min(count, MOST_PARTS, -(-rows // height)), 1))
 

@@ -9,27 +9,28 @@ import numpy as np
 from reference_census import summed_passes, winner
 from reference_refinement import INVALID
 
+STEP = 2     # every so many cells of a row or column of a parent are looked at
+
 
 def inherited(parent, top, left, side):
     """
     Return the labels that a tile inherits from a parent, as a set.
 
     parent: labels, validity or None, pixels a side of a cell, scale of labels, pixels that tiles
-    grow by, the step from cell to cell, and None or the choices of parts of the picture, with
-    their side, and the shift.
+    grow by, and None or the choices of parts of the picture, with their side, and the shift.
     """
-    labels, validity, cell, scale, grow, step, choices, part, shift = parent
+    labels, validity, cell, scale, grow, choices, part, shift = parent
     if choices is not None:
         found = set()
         for row in range(top, min(top + side, len(labels)), part):
             for column in range(left, min(left + side, labels.shape[1]), part):
                 choice = int(choices[row // part, column // part])
                 if choice >= 0:
-                    found |= inherited((*parent[:6], None, part, shift), row - choice * shift[0],
+                    found |= inherited((*parent[:5], None, part, shift), row - choice * shift[0],
                                        column - choice * shift[1], part)
         return found
     rows, columns = (slice(max((start - grow) // cell, 0), max((start + side + grow) // cell, 0),
-                           step)
+                           STEP)
                      for start in (top, left))
     found = labels[rows, columns]
     if validity is not None:

@@ -22,12 +22,12 @@ from fuzzy_stereo_ros.matching.realtime.scanlines import new_result
 from fuzzy_stereo_ros.matching.realtime.views import half_disparities
 import numpy as np
 
-GROW = 8        # px around a tile whose smoothed half-size genes it inherits
-NO_PARENT = Parent(*(0,) * 5, 1, 1, 0, 1, *(0,) * 4)
+GROW = 8        # px around a tile whose half-size genes it inherits, as they were found
+NO_PARENT = Parent(*(0,) * 5, 1, 1, *(0,) * 5)
 SPARE = 4       # by 1 / SPARE more memory is made than a frame needs
 
 
-def parent_of(labels, validity=None, cell=1, scale=1, grow=0, step=1, choices=None, shift=(0, 0)):
+def parent_of(labels, validity=None, cell=1, scale=1, grow=0, choices=None, shift=(0, 0)):
     """
     Return a map as a `Parent`.
 
@@ -36,7 +36,7 @@ def parent_of(labels, validity=None, cell=1, scale=1, grow=0, step=1, choices=No
     """
     validity, choices = (0 if one is None else address_of(one) for one in (validity, choices))
     return Parent(address_of(labels), labels.itemsize, validity, *labels.shape, cell, scale,
-                  grow, step, choices, TILE, *shift)
+                  grow, choices, TILE, *shift)
 
 
 class Generation:
@@ -132,13 +132,13 @@ class Generation:
 
 def _parents_of(half):
     """Return a `HalfSizeResult` as parents: as it was found, and as it was smoothed and voted."""
-    return (parent_of(half.prior.labels, grow=GROW, step=2),
-            parent_of(half.chosen.labels, cell=2, scale=2))
+    return (parent_of(half.prior.labels),
+            parent_of(half.chosen.labels, cell=2, scale=2, grow=GROW))
 
 
 def _smooth_parent_of(half):
     """Return a `HalfSizeResult` as one parent, smoothed, and none in the place of the other."""
-    return parent_of(half.prior.labels, step=2), NO_PARENT
+    return parent_of(half.prior.labels), NO_PARENT
 
 
 def _tiles_of(part):

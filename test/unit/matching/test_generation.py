@@ -33,21 +33,21 @@ class Selected:
         half, older = self._prior(1), self._prior(2)
         found = self._map(cells, 3, disparities // 2, gene_type(-(-disparities // 2)))
         nowhere = None, TILE, (0, 0)
-        parents = ([(half.labels, None, 1, 1, 0, 2, *nowhere)] if few else [
-            (half.labels, None, 1, 1, GROW, 2, *nowhere), (found, None, 2, 2, 0, 1, *nowhere)])
+        parents = ([(half.labels, None, 1, 1, 0, *nowhere)] if few else [
+            (half.labels, None, 1, 1, 0, *nowhere), (found, None, 2, 2, GROW, *nowhere)])
         before = None
         if previous:
             kind, size, cell = {'full': (gene_type(disparities), shape, 1),
                                 'cells': (np.uint16, cells, 2)}[previous]
             choices = random_map([-(-side // TILE) for side in shape], 3, seed, np.int8) - 1
             before = (self._map(size, 4, disparities, kind), random_map(size, 3, seed + 9), cell,
-                      1, 0, 1, choices.astype(np.int8) if cell == 1 else None, TILE, shift)
+                      1, 0, choices.astype(np.int8) if cell == 1 else None, TILE, shift)
             parents.append(before)
         self.generation, pool = Generation(possibility, few, mutation), ThreadPool(threads)
         chain = Chain(pool)
         self.chosen = self.generation.select(
             chain, SimpleNamespace(prior=half, chosen=SimpleNamespace(labels=found)),
-            before and parent_of(*before[:7], shift=shift),
+            before and parent_of(*before[:6], shift=shift),
             older if previous else None)
         chain.run()
         pool.close()

@@ -17,6 +17,7 @@ from fuzzy_stereo_ros.matching.kernels.units import INVALID
 import numpy as np
 
 SIDE = LANES         # pixels of a tile
+STEP = 2             # every so many cells of a row or column of a parent are looked at
 MOST_GENES = 254     # of a tile; the largest disparities are dropped
 
 
@@ -31,7 +32,6 @@ class Parent(NamedTuple):
     cell: int                # pixels of the image a side of one of its cells: 1 or 2
     scale: int               # how many labels at full size one of its labels is: 1 or 2
     grow: int                # pixels around a tile whose genes it inherits
-    step: int                # every so many cells of a row or column have another label
     choices: int             # int8 of parts of it: 0 stayed in place, 1 moved, -1 is new; 0: all
     part: int                # pixels of a side of such a part, which divides SIDE
     down: int                # pixels by which the picture has moved since
@@ -61,21 +61,21 @@ def _inherit(parent, top, left, side, seen, nowhere):
     cell, grow = parent.cell, parent.grow
     begin, end = max((left - grow) // cell, 0), min((left + side + grow) // cell, parent.columns)
     for row in range(max((top - grow) // cell, 0), min((top + side + grow) // cell, parent.rows),
-                     parent.step):
+                     STEP):
         at = row * parent.columns
         if parent.validity != 0:
-            for column in range(begin, end, parent.step):
+            for column in range(begin, end, STEP):
                 label = (np.int64(load_byte(parent.labels, at + column))
                          if parent.label_bytes == 1
                          else np.int64(load_short(parent.labels, at + column)))
                 valid = load_byte(parent.validity, at + column) != INVALID
                 store_byte(seen, parent.scale * label if valid else nowhere, np.uint8(1))
         elif parent.label_bytes == 1:
-            for column in range(begin, end, parent.step):
+            for column in range(begin, end, STEP):
                 store_byte(seen, parent.scale * np.int64(load_byte(parent.labels, at + column)),
                            np.uint8(1))
         else:
-            for column in range(begin, end, parent.step):
+            for column in range(begin, end, STEP):
                 store_byte(seen, parent.scale * np.int64(load_short(parent.labels, at + column)),
                            np.uint8(1))
 
