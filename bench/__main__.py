@@ -5,9 +5,10 @@ import argparse
 from dataclasses import asdict, replace
 from functools import partial
 import json
+from pathlib import Path
 import sys
 
-from bench import ablation, accuracy, conditions, drift, paper_tables, speed, truth, tuning, warm
+from bench import ablation, accuracy, conditions, drift, paper_tables, speed, tuning, warm
 from bench.datasets import data_folder
 from bench.draws import Drawn, DRAWS, QUICK_DRAWS
 from bench.page import check_page, write_section
@@ -20,8 +21,7 @@ from fuzzy_stereo_ros.program import Parser, run_program
 from fuzzy_stereo_ros.progress import follow
 
 SUITES = {'accuracy': accuracy, 'conditions': conditions, 'speed': speed, 'warm': warm,
-          'paper': paper_tables, 'truth': truth, 'ablation': ablation, 'drift': drift,
-          'tuning': tuning}
+          'paper': paper_tables, 'ablation': ablation, 'drift': drift, 'tuning': tuning}
 ALL = 'all'
 REPEATS, QUICK_REPEATS = 60, 2
 DECIDED = ('disparities', 'min_disparity', 'reference', 'fill', 'threads', 'warm_start')
@@ -65,6 +65,9 @@ def _parser():
                              'everything runs: the figures then mean nothing')
     parser.add_argument('--output', metavar='FILE.md',
                         help='also write each benchmark into its section of this page')
+    parser.add_argument('--csv', metavar='FOLDER',
+                        help='also write every figure that was measured, by scene and draw, into '
+                             'CSV files of this folder')
     parser.add_argument('--json', action='store_true', help='print JSON instead of Markdown')
     add_matcher_options(parser, left_out=DECIDED)
     parser.set_defaults(run=run, left_behind=LEFT_BEHIND)
@@ -80,6 +83,8 @@ def run(arguments):
         raise ValueError(f'--repeats is {repeats}; allowed are 1 and more')
     if arguments.output is not None:
         check_page(arguments.output)
+    if arguments.csv is not None:
+        Path(arguments.csv).mkdir(parents=True, exist_ok=True)
     request = Request(
         matcher_named(OURS, arguments.profile, matcher_changes(arguments)),
         data_folder(arguments.data), arguments.only, repeats,
@@ -89,13 +94,15 @@ def run(arguments):
     reports = []
     for name in SUITES if ALL in arguments.names else dict.fromkeys(arguments.names):
         report = SUITES[name].run(request)
-        reports.append(for_json(asdict(replace(report, pictures={}, tables=[replace(
+        reports.append(for_json(asdict(replace(report, pictures={}, figures={}, tables=[replace(
             table, rows=[[[one, one.worst] if isinstance(one, Drawn) else one for one in row]
                          for row in table.rows]) for table in report.tables]))))
         if not arguments.json:
             print(markdown(report), flush=True)
         if arguments.output is not None:
             write_section(arguments.output, report)
+        if arguments.csv is not None:
+            report.write_figures(arguments.csv)
     if arguments.json:
         print(json.dumps(reports, indent=2))
 

@@ -15,11 +15,10 @@ from bench.request import counted, report_of, Subject
 from bench.scoring import bad_percent
 import cv2
 from fuzzy_stereo_ros.evaluation.baselines import dense, grey, TUNED
-from fuzzy_stereo_ros.evaluation.matchers import Ours
 from fuzzy_stereo_ros.evaluation.report import Table
 import numpy as np
 
-OURS, GREY, QUALITY = 'ours', 'ours, grey', 'ours, profile quality'
+OURS, GREY = 'ours', 'ours, grey'
 BASELINES = [one for one in TUNED if one.algorithm in ('3WAY', 'HH4')]
 OPENCV = [one.name for one in BASELINES]
 SHOT, READ, COLUMNS = 0.06, 1.0, 0.7    # variances a grey level and at 0; deviation of columns
@@ -135,7 +134,7 @@ def run(request):
                     f'columns differ by {COLUMNS:g} grey levels, variance of the noise '
                     f'{READ:g} + {SHOT:g} x grey level; with a sixth of the light noise of '
                     f'{DARK_NOISE:g}',
-    }, tables(figures), skipped)
+    }, [table(figures)], skipped, scenes=figures)
 
 
 def measure(ours, subject, draw):
@@ -144,24 +143,19 @@ def measure(ours, subject, draw):
     known, disparities = scene.read(), scene.disparities
     pair = under_condition(known, name, draw)
     images = pair.left, pair.right
-    maps = {who: one.matcher(disparities).match(*those).disparity for who, one, those in (
-        (OURS, ours, images), (GREY, ours, map(grey, images)),
-        (QUALITY, Ours(QUALITY, 'quality'), images))}
+    maps = {who: ours.matcher(disparities).match(*those).disparity for who, those in (
+        (OURS, images), (GREY, map(grey, images)))}
     maps.update((one.name, dense(one.matcher(scene.family, disparities).match(*images)))
                 for one in BASELINES)
     return [{'group': scene.group, 'scene': scene.path, 'condition': name,
              **{who: bad_percent(found, known, scene.limit) for who, found in maps.items()}}]
 
 
-def tables(figures):
-    """Return the tables of a DataFrame of the dicts of `measure`."""
-    mean = means_over_draws(counted(figures), ['group', 'condition'],
-                            [OURS, GREY, QUALITY, *OPENCV])
+def table(figures):
+    """Return the table of a DataFrame of the dicts of `measure`."""
+    mean = means_over_draws(counted(figures), ['group', 'condition'], [OURS, GREY, *OPENCV])
     beside = mean.apply(lambda row: ' / '.join(
-        f'{error:.2f}' for error in (row[OURS], row[QUALITY], min(row[OPENCV]))), axis=1)
-    return [
-        Table.of('Conditions: mean error in percent, ours / profile quality / OpenCV',
-                 beside.unstack('group', sort=False),
-                 f'OpenCV: the better of {" and ".join(OPENCV)} in the group.'),
-        *(Table.of(f'{group}: mean error in percent', one.droplevel('group'))
-          for group, one in mean.groupby('group', sort=False))]
+        f'{error:.2f}' for error in (row[OURS], row[GREY], min(row[OPENCV]))), axis=1)
+    return Table.of('Conditions: mean error in percent, ours / ours, grey / OpenCV',
+                    beside.unstack('group', sort=False),
+                    f'OpenCV: the better of {" and ".join(OPENCV)} in the group.')

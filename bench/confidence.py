@@ -1,13 +1,11 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-What a confidence is worth: errors left, and pixels kept, where the least sure ones are dropped.
+What a confidence is worth: how many pixels are right, and how many a preset keeps.
 
 The presets of confidence_threshold are measured on pairs without a truth as well, which cheap
 cameras have taken.
 """
-from typing import NamedTuple
-
 from bench.datasets import EUROC, EUROC_DISPARITIES, read_frames
 from bench.draws import means_over_draws
 from fuzzy_stereo_ros.evaluation.catalogue import FRAMES_IN_FOLDERS, ONE_PAIR, Scene
@@ -27,51 +25,6 @@ WITHOUT_TRUTH = (
       for name in ('desk', 'stairs', 'toy')),
     *((EUROC, number, EUROC_DISPARITIES, EUROC, FRAMES_IN_FOLDERS, number)
       for number in ('0000', '0010', '0020')))
-
-
-class Sparsification(NamedTuple):
-    """
-    Errors that remain while the pixels of least confidence are removed first.
-
-    area: under the sparsification curve: the mean percentage of wrong pixels among those kept,
-    over all shares kept. at_80: percentage wrong of the 80 percent most confident. at_100: of all.
-    """
-
-    area: float
-    at_80: float
-    at_100: float
-
-
-def sparsification(wrong, sureness):
-    """
-    Return the `Sparsification` of pixels; pixels of equal confidence count in proportion.
-
-    wrong: bool (N,). sureness: float (N,), a confidence: higher is surer, NaN is the lowest.
-    """
-    if not wrong.size:
-        return Sparsification(*(float('nan'),) * 3)
-    ranks = np.where(np.isnan(sureness), -np.inf, sureness)
-    levels, level_of = np.unique(-ranks, return_inverse=True)
-    kept = np.cumsum(np.bincount(level_of, minlength=levels.size))
-    found = np.cumsum(np.bincount(level_of, weights=wrong, minlength=levels.size))
-    share = np.arange(1, wrong.size + 1)
-    curve = 100 * np.interp(share, np.r_[0, kept], np.r_[0, found]) / share
-    return Sparsification(float(curve.mean()), float(curve[int(0.8 * wrong.size) - 1]),
-                          float(curve[-1]))
-
-
-def left_right_sureness(left_map, right_map):
-    """
-    Return minus the left-right difference of two maps: float (R, C), NaN without a match.
-
-    left_map: float (R, C), pixels, of the left image. right_map: of the right image.
-    """
-    rows, columns = np.indices(left_map.shape)
-    place = columns - left_map
-    inside = np.isfinite(place) & (place >= -0.5) & (place < left_map.shape[1] - 0.5)
-    met = np.full(left_map.shape, np.nan)
-    met[inside] = right_map[rows[inside], np.rint(place[inside]).astype(np.intp)]
-    return -abs(left_map - met)
 
 
 def reliability(wrong, confidence):
@@ -138,19 +91,11 @@ def kept_of(scene, ours):
                                     for preset, threshold in PRESETS.items()}}
 
 
-def table_with_truth(figures):
+def table_with_truth(figures, noise):
     """Return the table of the presets; figures: a DataFrame of `kept_and_wrong`, with groups."""
     means = [means_over_draws(figures, ['group'], [heading(preset, figure)], worst)
              for preset in PRESETS for figure, worst in ((KEPT, 'min'), (WRONG, 'max'))]
     return Table.of(
-        'Presets of confidence_threshold: percent of the pixels kept, and wrong of these',
+        f'Presets of confidence_threshold: percent of pixels kept, and wrong, noise {noise:g}',
         pd.concat(means, axis=1),
-        'Of all pixels with truth, also of those that one camera sees; profile realtime, cold.')
-
-
-def table_without_truth(rows):
-    """Return the table of what the presets keep; rows: of `kept_of`."""
-    return Table.of(
-        'Presets of confidence_threshold: percent of the pixels kept, pairs without a truth',
-        pd.DataFrame(rows).set_index('scene'),
-        'Of all pixels, also of those that the right camera does not see.')
+        'Of all pixels with truth, also of those that one camera sees; wrong: of those kept.')

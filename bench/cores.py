@@ -13,7 +13,6 @@ from heapq import heapreplace
 import time
 
 from fuzzy_stereo_ros.evaluation.baselines import opencv_threads
-from fuzzy_stereo_ros.evaluation.report import Table
 from fuzzy_stereo_ros.matching.bands import all_before, cut_parts, ThreadPool
 from fuzzy_stereo_ros.matching.row_alignment import rig_of, Rows
 import numpy as np
@@ -23,8 +22,6 @@ TURNS = 7           # frames of each size
 CORES = 2, 4, 8, 16
 JOINS = 300         # whose cost is measured
 PART = 40_000       # roots of such a join, about 0.05 ms
-COLUMNS = ['joins', 'parts on 2', f'parts on {CORES[-1]}', 'alone [% of a frame]', *(
-    f'{cores} cores, faster by' for cores in CORES)]
 UNMEASURED = 9      # number of a pair whose rows are not measured, see row_alignment.FIRST
 
 
@@ -90,11 +87,6 @@ def together(joins, alone, cores, cost):
                        for parts in joins)
 
 
-def _sum(joins):
-    """Return what the parts of joins take together: ms."""
-    return sum(milliseconds for parts in joins for milliseconds, _ in parts)
-
-
 def cost_of_a_join():
     """Return by how much two threads take longer for two equal parts than one for one: ms."""
     pools, work = [ThreadPool(1), ThreadPool(2)], partial(np.sqrt, np.ones(PART))
@@ -110,26 +102,18 @@ def cost_of_a_join():
     return max(two - one, 0.0)
 
 
-def cores_table(sizes, profiles):
+def reckoned(sizes, profiles):
     """
-    Return the table of cores.
+    Return a DataFrame of how many times faster a frame is on more cores, by size and profile.
 
     sizes: an iterable of (name, frames, disparities), frames: pairs of images; profiles: {name:
     `Ours`}
     """
     cost = cost_of_a_join()
     with opencv_threads(1):
-        found = {f'{size}, {name}': reckon(ours.matcher(disparities), frames, cost)
-                 for size, frames, disparities in sizes for name, ours in profiles.items()}
-    return Table.of(
-        'Cores, reckoned', pd.DataFrame(found).T,
-        'Cold frames, on a rig whose rows fit. The parts of each join, timed in one thread, go in '
-        'their order to the core that is free first, and wait there for the parts that they need; '
-        'what is alone stays in one thread. Faster than on one core, for which parts are larger. '
-        'Joins: those of several parts; one costs '
-        f'{cost:.3f} ms, as measured here with two threads. Parts: of a join, the median. '
-        'Memory that cores share, and other programs, are not reckoned. OpenCV cuts 3WAY into '
-        'four stripes: it is at most 4 times as fast.')
+        return pd.DataFrame([
+            {'size': size, 'profile': name, **reckon(ours.matcher(disparities), frames, cost)}
+            for size, frames, disparities in sizes for name, ours in profiles.items()])
 
 
 def time_alone(matcher, pool, rows, frame):
@@ -146,17 +130,12 @@ def reckon(matcher, frames, cost):
     rows, found = Rows(pair=UNMEASURED, rig=rig_of(frames[0][0], None)), []
     matcher.warm_up(*frames[0][0].shape[:2])
     for number in range(TURNS):
-        times, row = {}, {}
+        times = {}
         for cores in (1, *CORES):
             frame, pool = frames[number % len(frames)], TimedPool(cores)
             # To list each task costs time of its own between joins, which no real pool needs.
             alone = time_alone(matcher, TimedPool(cores, by_task=False), rows, frame)
             time_alone(matcher, pool, rows, frame)
-            parts = _sum(pool.joins)
             times[cores] = together(pool.joins, alone, cores, cost)
-            row |= {'joins': sum(len(join) > 1 for join in pool.joins),
-                    f'parts on {cores}': np.median([len(join) for join in pool.joins]),
-                    'alone [% of a frame]': 100 * alone / (alone + parts)}
-        found.append(row | {f'{cores} cores, faster by': times[1] / times[cores]
-                            for cores in CORES})
-    return pd.DataFrame(found)[COLUMNS].median().to_dict()
+        found.append({f'{cores} cores, faster by': times[1] / times[cores] for cores in CORES})
+    return pd.DataFrame(found).median().to_dict()

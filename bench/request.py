@@ -49,27 +49,24 @@ class Request:
         with opencv_threads(1):
             return [work(item) for item in self.follow(items, title)]
 
-    def drawn(self, *works, timed=False):
+    def drawn(self, *works):
         """
         Return a DataFrame for each (items, title, work): the rows of all work(item, draw).
 
         work: returns a list of dicts; a column `draw` is added. Items with `noise` are matched for
-        each draw, others for draw 0 alone: by as many processes as there are cores, which do for
-        errors. timed: what has no noise is matched by this process alone, so that times count.
+        each draw, others for draw 0 alone: by as many processes as there are cores.
         """
         found = []
         # An interrupt is left to this process, which ends the others.
         with get_context('spawn').Pool(len(os.sched_getaffinity(0)), signal.signal,
                                        (signal.SIGINT, signal.SIG_IGN)) as pool:
             for items, title, work in works:
-                rows = []
-                for way, alone in ((map, True), (pool.imap, False)):
-                    tasks = [(item, draw) for item in items if (timed and not item.noise) == alone
-                             for draw in range(self.draws if getattr(item, 'noise', 0) else 1)]
-                    done = way(partial(_rows, work), tasks)
-                    for _ in self.follow([item for item, _ in tasks], title):
-                        rows += next(done)
-                found.append(pd.DataFrame(rows))
+                tasks = [(item, draw) for item in items
+                         for draw in range(self.draws if getattr(item, 'noise', 0) else 1)]
+                done = pool.imap(partial(_rows, work), tasks)
+                found.append(pd.DataFrame([
+                    row for _ in self.follow([item for item, _ in tasks], title)
+                    for row in next(done)]))
         return found
 
     def scenes(self):
@@ -100,19 +97,34 @@ def _rows(work, task):
         return [{**row, 'draw': task[1]} for row in work(*task)]
 
 
-def report_of(name, title, settings, tables, skipped, pictures=None, threads='one each'):
+@dataclass(frozen=True)
+class Measured(Report):
+    """The `Report` of a suite; figures: {name: DataFrame} of what its tables are the means of."""
+
+    figures: dict = field(default_factory=dict)
+
+    def write_figures(self, folder):
+        """Write each of the figures, if there are any, as a CSV file into a folder."""
+        for name, figures in self.figures.items():
+            if len(figures):
+                figures.to_csv(Path(folder) / f'{self.name}_{name}.csv', index=False)
+
+
+def report_of(name, title, settings, tables, skipped, pictures=None, threads='one each',
+              **figures):
     """
-    Return the `Report` of a suite; adds the machine to its settings.
+    Return the `Measured` report of a suite; adds the machine to its settings.
 
     pictures: {name of a file: function from tables to a Figure}. threads: of the matchers.
+    figures: see `Measured`
     """
     drawn, missing = {}, []
     for file, draw in (pictures or {}).items():
         content, lacking = as_svg(file, partial(draw, tables))
         drawn.update(content)
         missing += lacking
-    return Report(name, title, {**measured(threads), **settings}, tables,
-                  [*skipped, *missing], drawn)
+    return Measured(name, title, {**measured(threads), **settings}, tables,
+                    [*skipped, *missing], drawn, figures)
 
 
 def measured(threads):
@@ -158,10 +170,3 @@ def means(frame, figure, names, name='matcher', worst='max'):
     """Return a DataFrame of the means of a figure: a row per group, a column per name."""
     found = means_over_draws(counted(frame), ['group', name], [figure], worst)[figure]
     return found.unstack(name, sort=False).reindex(columns=names)
-
-
-def halved(frame, name):
-    """Return the rows of groups with several scenes, with a column `half`: odd or even."""
-    several = frame[frame.groupby('group').scene.transform('nunique') > 1]
-    place = several.groupby(['group', name]).cumcount()
-    return several.assign(half=place.mod(2).map({0: 'odd', 1: 'even'}))

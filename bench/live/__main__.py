@@ -3,8 +3,7 @@
 """
 Measure the node with a camera, and beside a plain node around OpenCV's 3WAY.
 
-Latency, rate, also of the paper's algorithm, processor time, idle cost and memory; camera, node
-and listener are processes.
+Latency, rate and processor time; camera, node and listener are processes.
 
 `python -m bench.live --output docs/benchmarks.md` writes its section.
 """
@@ -20,32 +19,27 @@ from fuzzy_stereo_ros.evaluation.report import markdown, Report, Table
 from fuzzy_stereo_ros.program import Parser, run_program
 import numpy as np
 import psutil
-from std_msgs.msg import Float32MultiArray
-from tqdm import tqdm
 
-RATE, FAST = 30.0, 300.0                            # pairs/s
+RATE = 30.0                                         # pairs/s
 COMPARED = RATE, 2 * RATE                           # pairs/s, beside the plain node
 CASES = ((640, 480, 64), (1280, 720, 128))          # columns, rows, disparities
-SMALL = 160, 120, 32                                # of the memory run
-EVOLVING, EVOLVED = 'paper_live', ((384, 288, 16), (450, 375, 60))      # a profile, its cases
 SETTLED = 3.0       # s at the most between the start of a node and a measurement
 COUNTED = ('pairs synchronised', 'pairs matched', 'pairs dropped', 'pairs rejected')
 RATED = ('live', 'pairs', 'matched', 'dropped', 'rejected', 'pairs/s', 'latency median [ms]',
          '95th percentile [ms]', 'of a core [%]')   # columns of rate_row
-OURS = NODE,                                        # module and arguments of a node
-PROBED, PLAIN = (('bench.live.nodes', kind) for kind in ('probed', 'plain'))
+PLAIN = 'bench.live.nodes'                          # module of a node, as NODE
 FAILED = 1
 
 
 @contextmanager
-def running(program, columns, rows, disparities, rate, log, *words):
+def running(program, columns, rows, disparities, rate, log):
     """
     Yield a Listener and the psutil.Process of a node, with a camera that publishes to it.
 
-    program: OURS, PROBED or PLAIN. log: path of the node's log. words: more arguments of the node.
+    program: NODE or PLAIN. log: path of the node's log.
     """
-    node = running_module(program[0], [
-        *program[1:], '--ros-args', '--param', f'disparity_range:={disparities}', *words], log)
+    node = running_module(program, [
+        '--ros-args', '--param', f'disparity_range:={disparities}'], log)
     camera = running_module('fuzzy_stereo_ros.node.simulated_cameras', [
         '--columns', str(columns), '--rows', str(rows), '--disparities', str(disparities),
         '--rate', str(rate), '--colour'], log.with_name('camera.log'))
@@ -66,20 +60,19 @@ def case_of(text):
     return columns, rows, disparities
 
 
-def measure(listener, process, seconds, published=True):
+def measure(listener, process, seconds):
     """Return latencies of disparities in ms, processor time in s and time in s of a period."""
     used, started = seconds_of(process), time.monotonic()
     listener.ages.clear()
     listener.spin(seconds)
-    if published:
-        listener.spin(until=lambda: listener.ages)
+    listener.spin(until=lambda: listener.ages)
     return list(listener.ages), seconds_of(process) - used, time.monotonic() - started
 
 
-def rate_row(case, seconds, log, *words):
-    """Return the row of a case in a table of rate and latency; words: arguments of the node."""
+def rate_row(case, seconds, log):
+    """Return the row of a case in the table of rate and latency."""
     columns, rows, disparities = case
-    with running(OURS, *case, RATE, log, *words) as (listener, process):
+    with running(NODE, *case, RATE, log) as (listener, process):
         listener.spin(min(SETTLED, seconds))
         before, started = listener.next_counts(), time.monotonic()
         ages, used, passed = measure(listener, process, seconds)
@@ -89,24 +82,9 @@ def rate_row(case, seconds, log, *words):
             *np.percentile(ages, (50, 95)).tolist(), 100 * used / passed)
 
 
-def live_row(case, seconds, log):
-    """Return the row of `rate_row`, and what a probe of the executor finds."""
-    row = rate_row(case, seconds, log)
-    with running(PROBED, *case, RATE, log, '--param', 'threads:=1') as (listener, _):
-        probed = []
-        listener.node.create_subscription(
-            Float32MultiArray, 'probe', lambda message: probed.append(tuple(message.data)), 10)
-        listener.spin(min(SETTLED, seconds))
-        probed.clear()
-        listener.spin(seconds)
-        listener.spin(until=lambda: probed)
-        late, latest, beyond = zip(*probed)
-    return *row, max(latest), float(np.median(late)), float(np.nanmedian(beyond))
-
-
 def compared_rows(case, rate, seconds, runs, log):
     """Return the rows of our node, the plain node and their ratio: medians of runs of each."""
-    figures = {OURS: [], PLAIN: []}
+    figures = {NODE: [], PLAIN: []}
     for _ in range(runs):
         for program, turns in figures.items():
             with running(program, *case, rate, log) as (listener, process):
@@ -119,40 +97,21 @@ def compared_rows(case, rate, seconds, runs, log):
         ('disparity_node', node), ('plain node', plain), ('ratio', node / plain))]
 
 
-def memory_rows(frames, seconds, log):
-    """Return rows (matched pairs, MB in use), and the load in % of a core if nobody subscribes."""
-    marks = sorted({frames // 100, frames // 10, frames // 2, frames})
-    rows = []
-    with running(OURS, *SMALL, FAST, log) as (listener, process), tqdm(
-            total=frames, desc='memory', unit='pair', file=sys.stderr) as bar:
-        listener.take = lambda message: bar.update(len(listener.ages) - bar.n)
-        for mark in marks:
-            listener.spin(until=lambda: len(listener.ages) >= mark)     # noqa: B023
-            rows.append((len(listener.ages), process.memory_info().rss / 1e6))
-        listener.leave()
-        listener.spin(min(SETTLED, seconds))
-        _, used, passed = measure(listener, process, seconds, published=False)
-        return rows, 100 * used / passed
-
-
 def run(arguments):
     """Measure, print the tables, and return the exit code."""
     if arguments.output is not None:
         check_page(arguments.output)
-    for name in ('seconds', 'frames', 'repeats'):
+    for name in ('seconds', 'repeats'):
         value = getattr(arguments, name)
         if value <= 0:
             raise ValueError(f'--{name} is {value}; allowed are numbers above 0')
     try:
         with ros_environment() as log:
             cases = arguments.case or CASES
-            rows = [live_row(case, arguments.seconds, log) for case in cases]
-            evolving = [rate_row(case, arguments.seconds, log, '--param', f'profile:={EVOLVING}')
-                        for case in arguments.case or EVOLVED]
+            rows = [rate_row(case, arguments.seconds, log) for case in cases]
             compared = [row for rate in COMPARED
                         for row in compared_rows(
                             cases[0], rate, arguments.seconds, arguments.repeats, log)]
-            memory, idle = memory_rows(arguments.frames, arguments.seconds, log)
     except NodeFailed as failure:
         print(f'bench.live: {failure}', file=sys.stderr)
         return FAILED
@@ -163,21 +122,12 @@ def run(arguments):
                    'process of its own',
          'measured': f'{arguments.seconds:g} s each; latency is from the stamp to the callback of '
                      'a subscriber of disparity in a third process'},
-        [Table('Rate and latency', (
-            *RATED, 'latest turn of the executor [ms]', '99th percentile [ms]',
-            'of a pair beyond its match [ms]'), rows,
-            'The executor of another run, with one thread, is asked for a turn every 5 ms; what '
-            'is shown is by how much it came late, at the latest and in the median second, and '
-            'the processor time of a pair beyond its match, with these turns.'),
-         Table(f'Rate and latency of the profile {EVOLVING}', RATED, evolving),
+        [Table('Rate and latency', RATED, rows),
          Table(f'Beside a plain node, at {cases[0][0]}x{cases[0][1]}, {cases[0][2]} disparities',
                ('beside', 'received/s', 'latency median [ms]', '95th percentile [ms]',
                 'oldest [ms]', 'of a core [%]', 'processor time of a pair [ms]'), compared,
                "The plain node is rclpy and OpenCV's 3WAY on all cores, with the same QoS. The "
-               f'two run in turns, {arguments.repeats} times each; medians of the turns.'),
-         Table(f'Memory at {SMALL[0]}x{SMALL[1]}, {SMALL[2]} disparities, as fast as it goes',
-               ('pairs', 'MB'), memory, 'Without a subscriber, the camera going on, the node then '
-               f'takes {idle:.2f} % of a core.', digits=1)])
+               f'two run in turns, {arguments.repeats} times each; medians of the turns.')])
     print(markdown(report))
     if arguments.output is not None:
         write_section(arguments.output, report)
@@ -197,8 +147,6 @@ def _parser():
     parser.add_argument('--case', type=case_of, action='append', metavar='CxRxD',
                         help='columns, rows and disparities of a case; default: '
                              f"{' and '.join('x'.join(map(str, case)) for case in CASES)}")
-    parser.add_argument('--frames', type=int, default=10000,
-                        help='number of frames of the memory run; default: 10000')
     parser.add_argument('--repeats', type=int, default=3,
                         help='runs of each node beside the plain one; default: 3')
     parser.add_argument('--output', metavar='FILE.md',

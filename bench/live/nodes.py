@@ -1,31 +1,20 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""
-The nodes of the live benchmark besides `disparity_node`: a plain and a probed one.
-
-The plain node, around OpenCV's 3WAY on all cores, is the one to compare with. The probed node is
-`disparity_node` with a probe: how late its executor calls a timer, and the processor time that a
-pair takes beyond its match.
-"""
+"""The node to compare `disparity_node` with: plain, around OpenCV's 3WAY on all cores."""
 from array import array
 import sys
-import time
 
 import cv2
-from fuzzy_stereo_ros.node.disparity_node import DisparityNode
 from fuzzy_stereo_ros.node.run_node import run_node
 from fuzzy_stereo_ros.pairs.messages import stamp_of
 import numpy as np
-from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 from rclpy.qos import qos_profile_sensor_data, QoSProfile
 from sensor_msgs.msg import CameraInfo, Image
-from std_msgs.msg import Float32MultiArray
 from stereo_msgs.msg import DisparityImage
 
 BLOCK = 3
 KEPT = 5    # messages of a topic, as the QoS keeps them
-PERIOD = 0.005      # s, between two turns of the probe
 
 
 class PlainNode(Node):
@@ -79,50 +68,5 @@ class PlainNode(Node):
                         step=4 * columns, data=array('B', disparity.tobytes()))))
 
 
-class ProbedNode(DisparityNode):
-    """
-    Publishes three figures per second in ms, as `probe`.
-
-    The 99th percentile and the largest of the delays of a timer, and the processor time of a pair
-    beyond its match, with that of the probe itself. Needs one thread: the time of the match is
-    that of the thread that matches.
-    """
-
-    def __init__(self, **options):
-        """Start the node and the probe."""
-        super().__init__(**options)
-        self._late, self._before = [], None
-        self._matching, self._pairs = 0.0, 0
-        self._counted = self._count()
-        self._timed, self._matcher.match = self._matcher.match, self._time
-        self._figures = self.create_publisher(Float32MultiArray, 'probe', 10)
-        self.create_timer(PERIOD, self._turn, clock=Clock(clock_type=ClockType.STEADY_TIME))
-
-    def _turn(self):
-        now = time.monotonic()
-        if self._before is not None:
-            self._late.append(1000 * max(now - self._before - PERIOD, 0))
-        self._before = now
-        if len(self._late) * PERIOD >= 1:
-            before, self._counted = self._counted, self._count()
-            beyond, pairs = np.subtract(self._counted, before)
-            self._figures.publish(Float32MultiArray(data=[
-                sorted(self._late)[-len(self._late) // 100], max(self._late),
-                1000 * beyond / pairs if pairs else float('nan')]))
-            self._late.clear()
-
-    def _count(self):
-        """Return the processor time beyond matches in s, and the number of matched pairs."""
-        return time.process_time() - self._matching, self._pairs
-
-    def _time(self, pair):
-        start = time.thread_time()
-        try:
-            return self._timed(pair)
-        finally:
-            self._matching += time.thread_time() - start
-            self._pairs += 1
-
-
 if __name__ == '__main__':
-    sys.exit(run_node({'plain': PlainNode, 'probed': ProbedNode}[sys.argv.pop(1)], sys.argv))
+    sys.exit(run_node(PlainNode, sys.argv))

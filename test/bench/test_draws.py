@@ -2,7 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """A figure with noise is the mean of draws, which are the same for all, with the worst beside."""
 from collections import namedtuple
-import os
 
 from bench.conditions import under_condition
 from bench.draws import Drawn, means_over_draws, with_draw
@@ -15,8 +14,8 @@ import pytest
 Item = namedtuple('Item', ('name', 'noise'))
 
 
-def where(item, draw):
-    return [{'name': item.name, 'process': os.getpid()}] * 2
+def twice(item, draw):
+    return [{'name': item.name}] * 2
 
 
 @pytest.mark.parametrize(('worst', 'of_draws'), [('max', max), ('min', min)])
@@ -39,12 +38,11 @@ def test_scenes_are_averaged_within_a_draw_and_the_worst_draw_stands_beside_the_
         assert isinstance(found[name], Drawn) == (len(each) > 1)
 
 
-def test_what_has_noise_is_matched_for_each_draw_and_what_has_none_once_and_alone_if_timed():
+def test_what_has_noise_is_matched_for_each_draw_and_what_has_none_once():
     items = [Item('a', 1.5), Item('b', 0), Item('c', True)]
-    found, none = Request(draws=3).drawn((items, '', where), ([], '', where), timed=True)
-    assert list(found.name) == [*'bb', *'aaaaaa', *'cccccc']
-    assert list(found.draw) == [0, 0, *(0, 0, 1, 1, 2, 2) * 2]
-    assert set(found.name[found.process == os.getpid()]) == {'b'}
+    found, none = Request(draws=3).drawn((items, '', twice), ([], '', twice))
+    assert list(found.name) == [*'aaaaaa', *'bb', *'cccccc']
+    assert list(found.draw) == [0, 0, 1, 1, 2, 2, 0, 0, 0, 0, 1, 1, 2, 2]
     assert none.empty
 
 

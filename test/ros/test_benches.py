@@ -42,18 +42,16 @@ def test_the_demo_prints_the_table_of_the_real_node_and_writes_the_picture(ros, 
 def test_a_short_run_writes_its_section_and_every_pair_is_accounted_for(ros, tmp_path):
     page = tmp_path / 'page.md'
     done = subprocess.run(
-        [sys.executable, '-m', 'bench.live', '--seconds', '1', '--frames', '50',
+        [sys.executable, '-m', 'bench.live', '--seconds', '1',
          '--repeats', '1', '--case', '160x120x16', '--output', str(page)],
         capture_output=True, text=True, check=False, cwd=ROOT)
     assert done.returncode == 0, done.stderr
     written = page.read_text(encoding='utf-8')
     assert '## The node beside a camera' in done.stdout
     rows = re.findall(r'^\| 160x120, 16 disparities *\|(.+)\|$', written, re.MULTILINE)
-    assert len(rows) == 2       # of realtime and of paper_live
-    for row in rows:
-        pairs, matched, dropped, rejected, rate, median, high, *_ = map(float, row.split('|'))
-        assert matched > 0 and rate > 0 and rejected == 0
-        assert abs(pairs - matched - dropped) <= 2  # one waits and one is matched at the end
-        assert 0 < median <= high
-    memory = re.findall(r'^\| (\d+) +\| +([\d.]+) \|$', written, re.MULTILINE)
-    assert int(memory[-1][0]) >= 50 and float(memory[-1][1]) > 50
+    (row,) = rows
+    pairs, matched, dropped, rejected, rate, median, high, *_ = map(float, row.split('|'))
+    assert matched > 0 and rate > 0 and rejected == 0
+    assert abs(pairs - matched - dropped) <= 2      # one waits and one is matched at the end
+    assert 0 < median <= high
+    assert re.search(r'^\| 60 pairs/s: ratio *\|', written, re.MULTILINE)
