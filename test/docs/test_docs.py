@@ -1,11 +1,13 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""What `make docs` builds, in a short form: names exist, links lead on."""
+"""Links of the pages lead on, and their tables and names are those of the code."""
 import inspect
 import re
 import subprocess
 import sys
 
+from bench.page import QUOTE, requoted
+from fuzzy_stereo_ros.parameters.page import renewed
 from pages import FENCE, ROOT, text_of
 import pytest
 
@@ -80,12 +82,35 @@ def test_every_link_of_a_page_leads_somewhere(path):
     assert broken(path, (ROOT / path).read_text(encoding='utf-8')) == []
 
 
-@pytest.mark.parametrize('link', [
-    '[a](docs/missing.md)', '![a](docs/missing.png)', '[a](#missing)', '[a](LICENSE#missing)',
-    '[a](docs/algorithm.md#missing)', '[a]: docs/missing.md', '<img src="docs/missing.png">',
-    '[a](docs)', '[a](./docs/)'])
+@pytest.mark.parametrize('link', ['[a](docs/missing.md)', '[a](#missing)', '[a](docs)',
+                                  '[a](docs/algorithm.md#missing)', '[a]: docs/missing.md'])
 def test_a_link_that_leads_nowhere_is_found_out(link):
     assert len(broken('README.md', f'# Title\n\n{link}\n')) == 1
+
+
+@pytest.mark.parametrize('path', ['README.md', 'docs/algorithm.md'])
+def test_a_page_quotes_the_page_of_benchmarks(path):
+    text = text_of(path)
+    assert len(QUOTE.findall(text)) == text.count('<!-- quote ') > 0
+    assert requoted(text, text_of('docs/benchmarks.md')) == text, \
+        'renew them: python -m bench.page README.md docs/algorithm.md'
+
+
+def test_the_parameter_tables_are_those_of_the_declaration():
+    page = text_of('docs/parameters.md')
+    assert renewed(page) == page, \
+        'renew them: python -m fuzzy_stereo_ros.parameters.page docs/parameters.md'
+
+
+@pytest.mark.parametrize('page', ['docs/architecture.md', 'docs/algorithm.md'])
+def test_every_module_that_a_page_names_exists(page):
+    modules = {file.relative_to(root).as_posix() for root, files in (
+        (ROOT / 'fuzzy_stereo_ros', (ROOT / 'fuzzy_stereo_ros').rglob('*.py')),
+        (ROOT, ROOT.glob('bench/**/*.py'))) for file in files}
+    short = {name.split('/')[-1] for name in modules}
+    for named in re.findall(r'[\w/]+\.py\b', text_of(page)):
+        if not named.startswith('test/'):
+            assert named in (modules if '/' in named else short), named
 
 
 @pytest.mark.slow

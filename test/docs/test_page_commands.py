@@ -2,78 +2,25 @@
 # SPDX-License-Identifier: Apache-2.0
 """The commands of the pages work as they are written; those of make would run what they name."""
 from importlib.util import find_spec
-import os
 from pathlib import Path
 import re
-import shlex
-import shutil
-import subprocess
 
 from bench.__main__ import SUITES
-import cv2
 from fuzzy_stereo_ros.commands import command_line
 from fuzzy_stereo_ros.commands.command_line import main
-from fuzzy_stereo_ros.pairs.camera_files import (
-    centred_calibration, rectified_cameras, write_camera)
-from fuzzy_stereo_ros.pairs.disparity_files import write_disparity
-from fuzzy_stereo_ros.pairs.image_files import write_image
-from fuzzy_stereo_ros.saved_pair import write_saved_pair
 from fuzzy_stereo_ros.synthetic.scenes import make_pair
-from fuzzy_stereo_ros.views.video import VideoFile
-import numpy as np
+from node_process import START
+from page_files import fill
 from pages import commands, GUIDES, in_code_style, pages_with_commands, ROOT, text_of
 import pytest
-from saved_scene import running
-import written_scenes
 
 ALL = [(page, words) for page in pages_with_commands() for words in commands(page)]
 PYTHON = re.compile('```python\n(.*?)```', re.DOTALL)
 
 
-def shown(one):
-    """Return a page or the words of a command as a test's name shows it."""
-    return one if isinstance(one, str) else ' '.join(one)[:60]
-
-
-def fill(folder):
-    """Put what the pages' commands read into a folder."""
-    made_bags = pytest.importorskip('made_bags', reason='rosbags is not installed')
-    pair = make_pair(48, 100, 64)
-    write_image(folder / 'left.png', pair.left)
-    write_image(folder / 'right.png', pair.right)
-    write_disparity(folder / 'disparity.pfm', pair.truth)
-    write_saved_pair(folder / 'report', running()[2])
-    pairs = made_bags.scene(2, columns=100)
-    made_bags.write_bag(folder / 'recorded', pairs=pairs)
-    made_bags.write_bag(folder / 'recorded.bag', 'ros1', pairs)
-    made_bags.write_bag(folder / 'images_only', pairs=pairs, infos=False)
-    for side in ('left', 'right'):
-        images = [getattr(one, side) for one in pairs]
-        video = VideoFile(folder / f'{side}.mp4', 10.0)
-        for number, image in enumerate(images):
-            video.write(cv2.cvtColor(image, cv2.COLOR_GRAY2BGR) if image.ndim == 2 else image)
-            for place in (side, f'{side}_folder'):
-                (folder / place).mkdir(exist_ok=True)
-                write_image(folder / place / f'{number}.png', image)
-        video.close()
-    calibration = centred_calibration(63.0, 0.12, 0.0, 48, 100)
-    for side, camera in rectified_cameras(calibration, 48, 100).items():
-        write_camera(folder / f'{side}.yaml', camera, side)
-    raw = cv2.FileStorage(str(folder / 'stereo.yml'), cv2.FILE_STORAGE_WRITE)
-    camera = np.array([[63.0, 0, 49.5], [0, 63, 23.5], [0, 0, 1]])
-    for name, value in (('K1', camera), ('K2', camera), ('D1', np.zeros(5)), ('D2', np.zeros(5)),
-                        ('R', np.eye(3)), ('T', np.array([-0.12, 0, 0]))):
-        raw.write(name, value)
-    raw.release()
-    scene = written_scenes.pair()
-    written_scenes.write_named(folder / 'datasets' / 'scene', scene)
-    (folder / 'results').mkdir()
-    write_disparity(folder / 'results' / 'scene.pfm', scene.truth)
-
-
 def work(words):
     """Run a command and see that what it writes is there; a page may name a file twice."""
-    again = ['--overwrite'] * (words[1] == 'match' and '--overwrite' not in words)
+    again = ['--overwrite'] * (words[1] in ('convert', 'match') and '--overwrite' not in words)
     assert main([*words[1:], *again]) == 0, words
     for option, name in zip(words, words[1:]):
         if option in ('--output', '--picture', '--video', '--html', '--csv'):
@@ -119,8 +66,6 @@ def test_every_command_that_exists_is_shown():
 
 def test_the_benchmarks_that_are_named_exist_and_no_other_does():
     assert {words[3] for _, words in ALL if words[:3] == ['python', '-m', 'bench']} == set(SUITES)
-    for name in re.findall(r'`python -m bench (\w+)`', text_of('docs/algorithm.md')):
-        assert name in SUITES
 
 
 def test_the_commands_inside_sentences_are_commands():
@@ -134,22 +79,10 @@ def test_the_commands_inside_sentences_are_commands():
                 assert re.search(f'^{words[1]}:', text_of('Makefile'), re.MULTILINE), page
 
 
-@pytest.mark.skipif(shutil.which('make') is None, reason='there is no make')
-@pytest.mark.parametrize('page, words', [one for one in ALL if one[1][0] == 'make'],
-                         ids=shown)
-def test_make_would_run_a_module_of_the_package_or_a_tool_with_these_arguments(page, words):
-    clean = {name: value for name, value in os.environ.items()
-             if not name.startswith(('MAKE', 'MFLAGS'))}
-    recipe = subprocess.run(['make', '--dry-run', *words[1:]], cwd=ROOT, env=clean, text=True,
-                            capture_output=True, check=True).stdout
-    lines = [shlex.split(line) for line in recipe.replace('\\\n', ' ').splitlines()]
-    last = [line for line in lines if '-m' in line][-1]
-    module = last[last.index('-m') + 1]
-    # to look for pip makes setuptools warn of distutils, where that was imported before
-    assert (module == 'pip' or find_spec(module)
-            or module in text_of('requirements/docs.txt').lower()), module
-    for setting in words[2:]:
-        assert setting.partition('=')[2] in shlex.join(last)
+def test_a_command_of_make_is_a_target_of_it():
+    for page, words in ALL:
+        if words[0] == 'make':
+            assert re.search(f'^{words[1]}:', text_of('Makefile'), re.MULTILINE), page
 
 
 def test_the_python_of_the_readme_matches():
@@ -166,3 +99,14 @@ def test_an_example_of_extending_runs_as_it_stands(number, capsys):
     example = PYTHON.findall(text_of('docs/extend.md'))[number]
     exec(compile(example, 'docs/extend.md', 'exec'), {'__name__': 'example'})
     assert capsys.readouterr().out
+
+
+@pytest.mark.slow       # a kernel of Jupyter starts
+def test_the_notebook_runs_and_is_kept_without_outputs():
+    nbclient = pytest.importorskip('nbclient', reason='nbclient is not installed')
+    nbformat = pytest.importorskip('nbformat', reason='nbformat is not installed')
+    pytest.importorskip('ipykernel', reason='ipykernel is not installed')
+    notebook = nbformat.read(ROOT / 'docs' / 'first_match.ipynb', as_version=4)
+    assert not any(cell.get('outputs') for cell in notebook.cells)
+    nbclient.NotebookClient(notebook, timeout=START, kernel_name='python3',
+                            resources={'metadata': {'path': str(ROOT)}}).execute()
