@@ -65,7 +65,7 @@ help:
 	@echo '            twenty times the examples: make fuzz FUZZ_TIMES=20'
 	@echo 'make soak   the node for an hour with faults from a seed: what it promises, kept or broken'
 	@echo "            make soak SOAK_ARGS='--minutes 5 --seed 2 --verbose'"
-	@echo 'make benchmark  all benchmarks, one after the other, into docs/benchmarks.md: an hour'
+	@echo 'make benchmark  all benchmarks, one after the other, into docs/benchmarks.md: hours'
 	@echo "            make benchmark BENCHMARK_ARGS='--quick --output /tmp/page.md'"
 	@echo 'make matrix the suite on each Python that is there, with the newest of all and with'
 	@echo '            what Ubuntu 24.04 has, and matches on an emulated aarch64:'

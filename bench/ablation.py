@@ -62,15 +62,14 @@ def run(request):
     return report_of('ablation', 'Ablation', {
         'profiles': 'filled; each variant matches the same images as the profile as it is',
         'genes of neighbours': 'without them a cell keeps to its own gene of the half-size '
-                               'chromosome, mutated by one; genes further away cost 2 more a px',
-        'previous best': 'without it pictures are averaged all the same',
+                               'chromosome, mutated by one; genes further away cost 2 more a px; '
+                               'without the previous best pictures are averaged all the same',
         'error': 'percent of pixels off by more than 1 px (Middlebury, made; pixels that both '
                  'cameras see) or 3 px (KITTI; all with truth)',
         **in_words(request.draws),
-        'cold': f'pairs alone, noise of {NOISE:g} grey levels',
-        'still, pan': f'every other scene of middv2 and midd2006_third over {FRAMES} frames, '
-                      'noise 1.5; the last one counts',
-        'drives': ', '.join(DRIVES),
+        'columns': f'cold: pairs alone, noise of {NOISE:g} grey levels; still, pan: every other '
+                   f'scene of middv2 and midd2006_third over {FRAMES} frames, noise 1.5, of which '
+                   f'the last one counts; drives: {"; ".join(DRIVES)}',
         'time': 'processor time of one thread, of that as it is: the median of the frames, with '
                 'the variants in turns',
     }, [genetic_table(found), quality_table(slow)], [*skipped, *missing],

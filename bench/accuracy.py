@@ -44,21 +44,20 @@ def run(request):
     kept = request.each(pairs, 'presets', lambda scene: kept_of(scene, request.ours))
     settings = {
         'ours': f'{request.ours.description}, filled, cold, images in colour where they are; the '
-                'output as it comes',
-        'grey': "ours on the same grey images as OpenCV's matchers, which take no others; "
-                'two of the four KITTI pairs are grey anyway',
+                "output as it comes; grey: on the same grey images as OpenCV's matchers, which "
+                'take no others; two of the four KITTI pairs are grey anyway',
         'OpenCV': 'the least of the mean errors of BM, SGBM, 3WAY and HH4 on grey images: left '
                   'border padded, settings as in evaluation/baselines.py, found by the bench '
                   'tuning on odd scenes; HH4 also with disparities of 0 filled; invalid pixels '
                   'filled from the background side on their row, then a 5x5 median',
         'error': 'percent of pixels off by more than 1 px (Middlebury, made; pixels that both '
                  'cameras see) or 3 px (KITTI; all with truth); of tsukuba, whose truth has '
-                 'whole pixels, every output is rounded first',
+                 'whole pixels, every output is rounded first; of Motorcycle, which has no mask, '
+                 'pixels count whose match lies inside the right image and is not covered by a '
+                 'surface nearer by more than 1 px',
         **in_words(request.draws),
         'noise': 'normal, of so many grey levels, fresh in each pixel and channel, rounded and '
                  'clipped; what is made grey of three channels has two thirds of the noise',
-        'Motorcycle': 'has no mask; counted are pixels whose match lies inside the right image '
-                      'and is not covered by a surface nearer by more than 1 px',
     }
     return report_of('accuracy', 'Accuracy', settings, tables(figures), [
         *skipped, *missing], {'accuracy.svg': draw_accuracy}, scenes=figures,

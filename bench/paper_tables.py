@@ -61,9 +61,9 @@ def run(request):
                           'the paper names no mask',
         'right reference': 'as the paper matches; pixels where the truths of both images agree; '
                            'tsukuba: the left truth carried over',
-        'tsukuba': 'outputs are rounded: its truth has whole pixels',
-        'seconds': 'processor time of one thread',
-        'random maps': f'means of {len(SEEDS)} seeds; the table of the operators: seed 0',
+        'figures': 'of tsukuba, whose truth has whole pixels, of rounded outputs; seconds: '
+                   f'processor time of one thread; random maps: means of {len(SEEDS)} seeds, in '
+                   'the table of the operators seed 0',
         **in_words(request.draws),
     }
     return report_of('paper', "The paper's tables", settings, [

@@ -50,11 +50,11 @@ def run(request):
         'flicker': 'percent of pixels that change by more than 1 px, the pan taken out',
         **in_words(request.draws),
         'drive': 'cameras that drive through a street, turn, tilt and roll; the calibration is '
-                 'given there, and for KITTI and EuRoC; backwards: from a frame to the one before',
-        'pictured street': 'a drive through a street whose planes carry pictures of scikit-image',
-        'sharp texture': 'texture as sharp as a pixel, of like contrast everywhere, that pans',
-        'hard cut': 'two frames of one scene, then one of another, which counts',
-        'object appears': 'the frame in which it is there for the first time and the next',
+                 'given there, and for KITTI and EuRoC; backwards: from a frame to the one '
+                 'before; pictured street: its planes carry pictures of scikit-image',
+        'others': 'sharp texture: as sharp as a pixel, of like contrast everywhere, that pans; '
+                  'hard cut: two frames of one scene, then one of another, which counts; object '
+                  'appears: the frame in which it is there for the first time and the next',
     }
     return report_of('warm', 'Warm start', settings,
                      [table(measured), frames_table(walked)], [*skipped, *missing],

@@ -18,45 +18,28 @@ INPUTS = {f'{side}/{name}' for side in ('left', 'right') for name in ('image_rec
 ROWS = {row.name: row for row in ROS_PARAMETERS}
 
 
-def actions_of(name):
-    """Return (arguments of our launch file, nodes of the consumers) of a launch file."""
-    ours, *others = yaml.safe_load((FOLDER / name).read_text(encoding='utf-8'))['launch']
-    assert ours['include']['file'] == f'{SHARE}/launch/fuzzy_stereo.launch.py'
-    return ({one['name']: one['value'] for one in ours['include']['arg']},
-            [one['node'] for one in others])
-
-
-def place_of(path):
-    """Return the Path of a file that a launch file names."""
-    return Path(path.replace(SHARE, str(ROOT)).replace(HERE, str(FOLDER)))
-
-
 def parameters_of(path):
-    """Return the parameters of a file for nodes of any name."""
-    return yaml.safe_load(Path(path).read_text(encoding='utf-8'))['/**']['ros__parameters']
+    """Return the parameters, for nodes of any name, of a file that a launch file names."""
+    place = path.replace(SHARE, str(ROOT)).replace(HERE, str(FOLDER))
+    return yaml.safe_load(Path(place).read_text(encoding='utf-8'))['/**']['ros__parameters']
 
 
 @pytest.mark.parametrize('name', LAUNCHES)
-def test_a_recipe_gives_this_node_arguments_that_it_allows(name):
-    arguments, _ = actions_of(name)
-    preset = parameters_of(place_of(arguments.pop('params_file')))
-    assert set(preset) == {'confidence_threshold'}
+def test_a_recipe_gives_arguments_and_topics_that_there_are_and_files_that_parse(name):
+    ours, *others = yaml.safe_load((FOLDER / name).read_text(encoding='utf-8'))['launch']
+    assert ours['include']['file'] == f'{SHARE}/launch/fuzzy_stereo.launch.py'
+    arguments = {one['name']: one['value'] for one in ours['include']['arg']}
+    assert set(parameters_of(arguments.pop('params_file'))) == {'confidence_threshold'}
     for argument, value in arguments.items():
         assert isinstance(value, str)       # launch takes no other arguments
         ROWS[argument].checked(yaml.safe_load(value))
-
-
-@pytest.mark.parametrize('name', LAUNCHES)
-def test_a_recipe_s_consumers_get_topics_that_there_are_and_files_that_parse(name):
-    _, nodes = actions_of(name)
-    assert nodes
-    for node in nodes:
+    for node in (other['node'] for other in others):
         for remap in node.get('remap', []):
             assert remap['to'] in OUTPUTS | INPUTS
             assert remap['from'] not in OUTPUTS
         for one in node['param']:
             if 'from' in one:
-                parameters_of(place_of(one['from']))
+                parameters_of(one['from'])
 
 
 @pytest.mark.parametrize('name', ['stereo.rviz', 'foxglove.json'])
