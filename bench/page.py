@@ -24,10 +24,8 @@ HEADING = ('<!-- SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers -->\n'
            '# Benchmarks\n\n'
            'Written by `python -m bench NAME --output FILE`, which replaces its own '
            'section; not by hand.\n')
-# Blue is ours, orange OpenCV tuned, grey OpenCV as stereo_image_proc sets it.
-BLUE, MIDDLE_BLUE, LIGHT_BLUE = '#0b5fa5', '#3f8bc4', '#74b3e0'
-ORANGE, LIGHT_ORANGE = '#c8560b', '#f2a76b'
-GREY, LIGHT_GREY = '#7a7a7a', '#bdbdbd'
+# Blue is ours, orange OpenCV tuned.
+BLUE, MIDDLE_BLUE, LIGHT_BLUE, ORANGE = '#0b5fa5', '#3f8bc4', '#74b3e0', '#c8560b'
 STYLE = {'svg.fonttype': 'none', 'font.size': 9, 'axes.titlesize': 10, 'axes.axisbelow': True,
          'axes.spines.top': False, 'axes.spines.right': False}
 QUOTE = re.compile('(<!-- quote (\\w+): (.+?) -->\n)(.*?)(<!-- end of quote -->)', re.DOTALL)
