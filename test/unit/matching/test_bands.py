@@ -62,7 +62,7 @@ def test_no_part_is_empty_and_there_are_at_most_so_many(rows, threads, height):
 @pytest.mark.parametrize('rows, threads, count', [
     (240, 1, 1), (4000, 1, 1), (59, 2, 1), (60, 2, 2), (479, 2, 2), (480, 2, 4), (240, 8, 8),
     (720, 8, 8), (959, 8, 8), (960, 8, 16), (4000, 99, 32), (240, 9, 8), (480, 32, 16)])
-def test_there_are_two_parts_for_each_of_several_threads_and_one_where_images_are_small(rows, threads, count):
+def test_several_threads_have_two_parts_each_and_one_where_images_are_small(rows, threads, count):
     assert len(cut_parts(rows, threads)) == count == len(ThreadPool(threads).parts(rows))
 
 
