@@ -115,16 +115,19 @@ class MatcherConfig:
         """
         Return the configuration of a profile with single values changed.
 
-        name: one of `PROFILES`. Unknown profiles and parameters raise ValueError.
+        name: one of `PROFILES`, or a MatcherConfig to be changed. Unknown profiles and parameters
+        raise ValueError.
         """
-        if not isinstance(name, str) or name not in PROFILES:
-            raise ValueError(f"profile is '{name}'; allowed are {', '.join(PROFILES)}")
+        if not isinstance(name, cls):
+            if not isinstance(name, str) or name not in PROFILES:
+                raise ValueError(f"profile is '{name}'; allowed are {', '.join(PROFILES)}")
+            name = cls(**PROFILES[name])
         unknown = set(changes) - {parameter.name for parameter in fields(cls)}
         if unknown:
             raise ValueError(
                 f"no parameter is called {', '.join(sorted(unknown))}; "
                 f"there are {', '.join(parameter.name for parameter in fields(cls))}")
-        return replace(cls(**PROFILES[name]), **changes)
+        return replace(name, **changes)
 
     def at_scale(self, scale):
         """

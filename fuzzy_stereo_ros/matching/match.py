@@ -43,7 +43,7 @@ class Camera(NamedTuple):
 @dataclass(frozen=True)
 class Match:
     """
-    The result of matching one pair.
+    The result of matching one pair of R rows and C columns.
 
     disparity: float32 (R, C), pixels of the reference image, NaN = invalid.
     confidence: float32 (R, C), 0 to 1, from possibility; 0 where inconsistent or filled.

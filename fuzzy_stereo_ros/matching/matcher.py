@@ -32,21 +32,27 @@ class StereoMatcher:
     None; rows: the `Rows` of the rig.
     """
 
-    def __init__(self, config=None, stages=None):
+    def __init__(self, config='realtime', stages=None, **changes):
         """
         Create a matcher; it allocates its memory at the first pair.
 
-        config: a MatcherConfig; None for the profile `realtime`. stages: the `Stages` of the
-        profile with some of them exchanged; None for its own.
+        config: the name of a profile, as 'realtime', 'fast' or 'quality', or a MatcherConfig.
+        stages: the `Stages` of the profile with some of them exchanged; None for its own.
+        changes: of the config, as disparities=96; help(MatcherConfig) names all.
+        Raises ValueError for a profile, a parameter or a value that is not allowed.
         """
-        self.config = config or MatcherConfig()
+        self.config = MatcherConfig.from_profile(config, **changes)
         self._stages, self._alignment = stages, RowAlignment(self.config)
         self.algorithm, self._shape = None, None
         self.restore(None)
 
     def match(self, left, right, stamp=None, observe=None, camera=None):
         """
-        Match a rectified pair.
+        Match a rectified pair and return its `Match`, which holds, among others:
+
+        disparity: float32 (R, C), px of the reference image, NaN = invalid; x of the left pixel
+        less x of the right one, more where it is near. confidence: float32 (R, C), 0 to 1.
+        times: {stage: ms}, with `total`. depth(camera): float32 (R, C), metres, NaN = invalid.
 
         left, right: uint8 or uint16, (R, C) or (R, C, 3) BGR, of one size and dtype.
         stamp: int ns, of the pair; None counts pairs as consecutive.

@@ -11,6 +11,7 @@ import sys
 from xml.etree import ElementTree
 
 import fuzzy_stereo_ros
+from fuzzy_stereo_ros import matching
 from packaging.requirements import Requirement
 import pytest
 from repository import ROOT
@@ -64,10 +65,13 @@ def test_the_metadata_is_what_the_manifest_says():
 
 
 def test_importing_the_package_loads_nothing_heavy():
-    code = f'import sys, {PACKAGE}; print(*sys.modules)'
+    code = f'import sys, {PACKAGE}; print(*dir({PACKAGE}), *sys.modules)'
     printed = subprocess.run([sys.executable, '-c', code], capture_output=True, text=True,
                              check=True)
     assert {'cv2', 'numba', 'numpy', 'rclpy'} & set(printed.stdout.split()) == set()
+    for name in fuzzy_stereo_ros.__all__:
+        assert getattr(fuzzy_stereo_ros, name) is getattr(matching, name)
+        assert name in printed.stdout.split()
 
 
 @pytest.mark.parametrize('name', sorted(COMMANDS))

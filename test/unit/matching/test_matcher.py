@@ -2,8 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """The public face of the matcher in the profile realtime."""
 from dataclasses import replace
+import pydoc
 
-from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
+from fuzzy_stereo_ros.matching import Match, MatcherConfig, PROFILES, StereoMatcher
 from fuzzy_stereo_ros.matching.evolution import Random
 from fuzzy_stereo_ros.matching.matcher import ALGORITHMS
 from fuzzy_stereo_ros.matching.realtime.matcher import RealtimeMatcher
@@ -189,8 +190,28 @@ def test_warming_up_keeps_the_previous_frame():
         assert bits(one) == bits(plain.match(frame.left, frame.right))
 
 
-def test_without_a_configuration_the_profile_is_realtime():
-    assert StereoMatcher().config == MatcherConfig.from_profile('realtime')
+def test_a_matcher_is_made_of_a_profile_or_a_config_and_changes_of_either():
+    assert StereoMatcher().config == MatcherConfig()
+    for name in PROFILES:
+        config = MatcherConfig.from_profile(name, disparities=96, seed=5)
+        assert StereoMatcher(name, disparities=96, seed=5).config == config
+        assert StereoMatcher(config).config == config
+        assert StereoMatcher(config, seed=6).config == replace(config, seed=6)
+    for words, changes, sentence in (
+            (('fastest',), {}, "profile is 'fastest'; allowed are realtime, fast"),
+            (({'disparities': 9},), {}, 'allowed are realtime, fast'),
+            (('fast',), {'disparity': 9}, 'no parameter is called disparity; there are dispar'),
+            ((CONFIG,), {'seed': -1}, 'seed is -1; allowed are whole numbers from 0')):
+        with pytest.raises(ValueError, match=sentence) as raised:
+            StereoMatcher(*words, **changes)
+        assert '\n' not in str(raised.value)
+
+
+def test_help_says_what_a_match_holds_with_shapes_units_and_what_is_invalid():
+    for text in map(pydoc.plaintext.document, (StereoMatcher.match, Match)):
+        for words in ('disparity: float32 (R, C), p', 'NaN = invalid',
+                      'confidence: float32 (R, C), 0 to 1', 'float32 (R, C), metres'):
+            assert words in ' '.join(text.split()), words
 
 
 # ---- the previous frame ----
