@@ -12,6 +12,7 @@ import argparse
 from contextlib import contextmanager
 import ctypes
 import os
+import re
 import signal
 import sys
 import threading
@@ -21,6 +22,7 @@ INTERRUPTED = 130
 BROKEN_PIPE = 141   # as of a process that SIGPIPE ends
 TERMINATED = 143
 M_ARENA_MAX = -8        # of glibc's malloc.h
+ROS_MODULE = re.compile(r'(rcl|rmw|ros|launch|ament_)|\w+_(interfaces|msgs|srvs)$')
 
 
 def run_program(make_parser, argv=None):
@@ -161,6 +163,25 @@ def _sentence(error):
     if getattr(error, 'errno', None) is not None:
         text = error.strerror if error.filename is None else f'{error.filename}: {error.strerror}'
     return ''.join(sign if sign.isprintable() else ascii(sign)[1:-1] for sign in text)
+
+
+def say_that_ros_is_missing():
+    """
+    Make a program that cannot import a module of ROS end with a sentence, not with a traceback.
+
+    Its exit code is 1, as after each exception that nobody handles.
+    """
+    usual = sys.excepthook
+
+    def hook(kind, error, trace):
+        name = (getattr(error, 'name', None) or '').split('.')[0]
+        if not issubclass(kind, ImportError) or not ROS_MODULE.match(name):
+            usual(kind, error, trace)
+            return
+        print(f'this program needs ROS 2, but {sys.executable} cannot import {name}: source the '
+              "setup.bash of ROS for a Python of its version, or `pip install '.[ros]'` in this "
+              "package's sources; fuzzy-stereo and StereoMatcher need no ROS", file=sys.stderr)
+    sys.excepthook = hook
 
 
 def use_one_arena():

@@ -48,11 +48,12 @@ class StereoMatcher:
 
     def match(self, left, right, stamp=None, observe=None, camera=None):
         """
-        Match a rectified pair and return its `Match`, which holds, among others:
+        Match a rectified pair and return its `Match`.
 
-        disparity: float32 (R, C), px of the reference image, NaN = invalid; x of the left pixel
-        less x of the right one, more where it is near. confidence: float32 (R, C), 0 to 1.
-        times: {stage: ms}, with `total`. depth(camera): float32 (R, C), metres, NaN = invalid.
+        It holds, among others, disparity: float32 (R, C), px of the reference image, NaN =
+        invalid; x of the left pixel less x of the right one, more where it is near. confidence:
+        float32 (R, C), 0 to 1. times: {stage: ms}, with `total`. Its depth(camera) is
+        float32 (R, C), metres, NaN = invalid.
 
         left, right: uint8 or uint16, (R, C) or (R, C, 3) BGR, of one size and dtype.
         stamp: int ns, of the pair; None counts pairs as consecutive.
