@@ -38,6 +38,8 @@ def run_program(make_parser, argv=None):
     with _sigterm_as_sigint() as terminated:
         try:
             parser = make_parser()
+            from fuzzy_stereo_ros.progress import show_compiling
+            show_compiling()
             if parser.has_commands() and not (sys.argv[1:] if argv is None else argv):
                 parser.print_help(sys.stderr)
                 return BAD_INPUT
@@ -149,7 +151,8 @@ def run_cleanly(parser, argv):
     except KeyboardInterrupt:
         left_behind = getattr(arguments, 'left_behind', '')
         if left_behind:
-            print(f'{parser.prog}: interrupted; {left_behind}', file=sys.stderr)
+            begin = '\n' if sys.stderr.isatty() else ''     # a bar may stand there
+            print(f'{begin}{parser.prog}: interrupted; {left_behind}', file=sys.stderr)
         return INTERRUPTED
 
 

@@ -1,16 +1,26 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Show progress on a text stream: a bar on a terminal, lines or nothing elsewhere."""
-from contextlib import ExitStack
+from functools import cache
+from itertools import count
+from shutil import get_terminal_size
+import sys
+import threading
 
-from fuzzy_stereo_ros.matching import StereoMatcher, WARM_UP_SIZE
-from fuzzy_stereo_ros.matching.compiling import warm_up
+from fuzzy_stereo_ros.matching.compiling import compile_kernels, Progress
+from fuzzy_stereo_ros.matching.kernels import compiled
 from tqdm import tqdm
+
+COMPILING = 'compiling kernels, once on this machine'
+COMPILING_BAR = '{l_bar}{bar}|{postfix}'
+LINE_SECONDS = 10   # between two lines on this where there is no terminal
 
 
 def bar(stream, always=False, **options):
     """Return a progress bar, shown on terminals, and elsewhere if always; options: of tqdm."""
-    return tqdm(file=stream, disable=not (always or stream.isatty()), **options)
+    columns, rows = get_terminal_size()     # never 0: for a terminal of no size tqdm shows nothing
+    return tqdm(file=stream, disable=not (always or stream.isatty()), ncols=columns, nrows=rows,
+                **options)
 
 
 def follow(items, title, stream):
@@ -28,20 +38,34 @@ def follow(items, title, stream):
         yield item
 
 
-def warm_matcher(config, stream, shape=WARM_UP_SIZE, always=False):
-    """
-    Return a StereoMatcher whose kernels are compiled for images of a shape.
+def show_compiling():
+    """From now on, have all cores compile kernels that are not cached, and show it on stderr."""
+    compiled.compilers[:] = [cache(_compile)]
 
-    stream: of text, for a progress bar if it is a terminal, or always.
-    """
-    matcher, bars = StereoMatcher(config), []
-    with ExitStack() as opened:
-        def report(progress):
-            if not bars:
-                bars.append(opened.enter_context(bar(
-                    stream, always, total=100, desc='compiling the kernels',
-                    bar_format='{l_bar}{bar}| {elapsed}<{remaining}')))
-            bars[0].update(100 * progress.share - bars[0].n)
 
-        warm_up(matcher, *shape, report if always or stream.isatty() else None)
-    return matcher
+def _compile(config):
+    """Compile the kernels of a MatcherConfig, with a bar on terminals, with lines elsewhere."""
+    newest, ended = [Progress(0.0, None)], threading.Event()
+    showing = threading.Thread(target=_show, args=(newest, ended), daemon=True)
+    showing.start()
+    try:
+        compile_kernels(config, newest.append)
+    finally:
+        ended.set()
+        showing.join()
+
+
+def _show(newest, ended):
+    """Show the last of a list of Progress each second until an event is set."""
+    with bar(sys.stderr, total=100, desc=COMPILING, bar_format=COMPILING_BAR) as shown:
+        for second in count():
+            over = second and ended.wait(1)
+            share, left = newest[-1]
+            left = f'about {left:.0f} s left' if left else f'{second} s so far'
+            shown.n = round(100 * share)
+            shown.set_postfix_str(left)
+            if shown.disable and (over or second % LINE_SECONDS == 0):
+                sys.stderr.write(f'{COMPILING}: {100 * share:.0f} %, {left}\n')
+                sys.stderr.flush()
+            if over:
+                return

@@ -19,6 +19,7 @@ from bench.demo.observed_node import (
     Listener, NODE, NodeFailed, ros_environment, ros_running, running_module)
 from bench.demo.phase import floats, MotorcycleWindow, Phase, play, table, TIMEOUT
 from bench.demo.picture import write_panel
+from fuzzy_stereo_ros.matching import StereoMatcher, WARM_UP_SIZE
 from fuzzy_stereo_ros.node.simulated_cameras import SimulatedCameras
 from fuzzy_stereo_ros.pairs.messages import stamp_of
 from fuzzy_stereo_ros.pairs.stereo_pair import number_of
@@ -26,7 +27,6 @@ from fuzzy_stereo_ros.parameters.options import (
     add_matcher_options, matcher_changes, matcher_config)
 from fuzzy_stereo_ros.parameters.table import ros_name
 from fuzzy_stereo_ros.program import Parser, run_program
-from fuzzy_stereo_ros.progress import warm_matcher
 from fuzzy_stereo_ros.views.pictures import check_panel_suffix
 from rclpy.parameter import Parameter
 from rclpy.parameter_client import AsyncParameterClient
@@ -74,7 +74,7 @@ def run(arguments):
     parameters = {'profile': arguments.profile,
                   **{ros_name(name): value for name, value in changes.items()}}
     sequence = MotorcycleWindow()
-    warm_matcher(config, sys.stdout, always=True)
+    StereoMatcher(config).warm_up(*WARM_UP_SIZE)
     namespace = f'/demo_{os.getpid()}'      # demos that run at the same time are kept apart
     words = [word for name, value in parameters.items() for word in (
         '--param', f'{name}:={str(value).lower() if isinstance(value, bool) else value}')]

@@ -11,7 +11,6 @@ from functools import partial
 import json
 from pathlib import Path
 import re
-import sys
 import time
 
 from fuzzy_stereo_ros.commands.evaluate import libraries_needed
@@ -23,7 +22,6 @@ from fuzzy_stereo_ros.matching.bands import processors
 from fuzzy_stereo_ros.parameters.options import (
     add_matcher_options, add_options, matcher_config, option_values)
 from fuzzy_stereo_ros.program import give_back_memory
-from fuzzy_stereo_ros.progress import warm_matcher
 from fuzzy_stereo_ros.synthetic.scenes import make_sequence, SCENE_PARAMETERS
 import numpy as np
 
@@ -57,11 +55,10 @@ def add_arguments(parser):
                                           'still_interval'))
 
 
-def run(arguments, stream, progress_stream=None):
+def run(arguments, stream):
     """
     Measure the matchers and print a table.
 
-    stream, progress_stream: of text; progress_stream None = standard error.
     Raises ValueError for bad input, before anything is measured.
     """
     with libraries_needed():
@@ -73,7 +70,7 @@ def run(arguments, stream, progress_stream=None):
         size['rows'], size['columns'], config.disparities, FRAMES, noise=NOISE, colour=True)]
     threads = config.threads or processors()
     with opencv_threads(threads):
-        rows = measured(config, frames, arguments.repeats, progress_stream or sys.stderr)
+        rows = measured(config, frames, arguments.repeats)
     title = f"{size['columns']}x{size['rows']}, {config.disparities} disparities"
     report = Report('benchmark', 'Latency and memory', {
         **environment(f'{threads} each'), 'profile': arguments.profile,
@@ -82,14 +79,14 @@ def run(arguments, stream, progress_stream=None):
                  else markdown(report))
 
 
-def measured(config, frames, repeats, progress_stream):
+def measured(config, frames, repeats):
     """Return a row for each matcher: its name and FIGURES."""
     makers = {f'ours, {name}': partial(StereoMatcher, replace(
         config, warm_start=name == 'warm', still_interval=1)) for name in ('cold', 'warm')}
     makers.update((f'OpenCV {baseline.name}', partial(
         baseline.matcher, MIDDLEBURY, config.disparities)) for baseline in TUNED)
     makers = {name: partial(_work, make, frames) for name, make in makers.items()}
-    warm_matcher(config, progress_stream, frames[0][0].shape[:2])
+    StereoMatcher(config).warm_up(*frames[0][0].shape[:2])
     memory = {name: _memory_of(make) for name, make in makers.items()}
     turns = take_turns({name: make() for name, make in makers.items()}, repeats, FRAMES)
     rows = []

@@ -10,10 +10,11 @@ import sys
 from fuzzy_stereo_ros.commands.parts import (
     add_truth_options, checked_outputs, for_json, truth_and_mask)
 from fuzzy_stereo_ros.evaluation.scores import score
+from fuzzy_stereo_ros.matching import StereoMatcher
 from fuzzy_stereo_ros.pairs.frames import Frames
 from fuzzy_stereo_ros.pairs.image_files import read_pair
 from fuzzy_stereo_ros.parameters.options import add_matcher_options, matcher_config
-from fuzzy_stereo_ros.progress import bar, warm_matcher
+from fuzzy_stereo_ros.progress import bar
 from fuzzy_stereo_ros.views.evolution import evolution_figure, EvolutionAnimation, frames_figure
 from fuzzy_stereo_ros.views.evolution_record import Convergence, observed_match, watched_frames
 from fuzzy_stereo_ros.views.pictures import check_panel_suffix, write_figure
@@ -76,7 +77,7 @@ def run(arguments, stream, progress_stream=None):
         return
     left, right = read_pair(arguments.left, arguments.right)
     truth, mask = _truth_and_mask(arguments, left.shape[:2])
-    warm_matcher(config, progress_stream or sys.stderr, left.shape[:2])
+    StereoMatcher(config).warm_up(*left.shape[:2])
     convergence = Convergence(config, left if config.reference == 'left' else right, truth, mask)
     animation = EvolutionAnimation(outputs['video'], convergence) if 'video' in outputs else None
     try:

@@ -5,12 +5,12 @@ import argparse
 from dataclasses import asdict, replace
 import json
 from pathlib import Path
-import sys
 import time
 
 from fuzzy_stereo_ros.commands.parts import (
     add_truth_options, checked_outputs, for_json, truth_and_mask, UNTOUCHED)
 from fuzzy_stereo_ros.evaluation.scores import score
+from fuzzy_stereo_ros.matching import StereoMatcher
 from fuzzy_stereo_ros.matching.plausibility import PlausibilityCheck
 from fuzzy_stereo_ros.matching.row_offsets import row_offset_in_words
 from fuzzy_stereo_ros.matching.search_range import search_range, seen_disparities
@@ -25,7 +25,6 @@ from fuzzy_stereo_ros.pairs.stereo_pair import number_of
 from fuzzy_stereo_ros.parameters.options import (
     add_camera_options, add_matcher_options, CameraOptions, is_automatic, matcher_config,
     USUAL_PROFILE)
-from fuzzy_stereo_ros.progress import warm_matcher
 from fuzzy_stereo_ros.saved_pair import comparison, read_saved_pair, sentence
 from fuzzy_stereo_ros.views.video import disparity_picture
 import numpy as np
@@ -137,7 +136,8 @@ def run(arguments, stream):
     if automatic:
         first, count = search_range(seen_disparities([(left, right)]))
         config = replace(config, min_disparity=first, disparities=count)
-    matcher = warm_matcher(config, sys.stderr, left.shape[:2])
+    matcher = StereoMatcher(config)
+    matcher.warm_up(*left.shape[:2])
     if saved is not None:
         matcher.restore(saved.state, saved.rows)
     start = time.perf_counter()

@@ -10,7 +10,6 @@ from fuzzy_stereo_ros.bags.copying import CopiedMessages
 from fuzzy_stereo_ros.bags.reading import BagReader
 from fuzzy_stereo_ros.bags.writing import FORMATS
 from fuzzy_stereo_ros.matching import StereoMatcher, WARM_UP_SIZE
-from fuzzy_stereo_ros.matching.compiling import warm_up
 from fuzzy_stereo_ros.matching.plausibility import PlausibilityCheck
 from fuzzy_stereo_ros.matching.search_range import PAIRS, search_range, seen_disparities
 from fuzzy_stereo_ros.pairs.calibration import reach
@@ -190,10 +189,11 @@ def _match_all(options, source, outputs, bar):
     with ExitStack() as opened:
         if options.in_segments:
             cluster = opened.enter_context(opened_cluster(options, bar.log))
+        matcher = StereoMatcher(options.scaled_config)
+        if options.scheduler is None:       # else other machines keep the kernels
+            matcher.warm_up(*WARM_UP_SIZE)
+        if options.in_segments:
             cluster.warm_up()
-        else:
-            matcher = StereoMatcher(options.scaled_config)
-            warm_up(matcher, *WARM_UP_SIZE)
         stopped = opened.enter_context(interruption())
         items = source.items(outputs.written_positions())
         results = (match_in_segments(items, cluster, stats, stopped) if options.in_segments

@@ -4,9 +4,8 @@
 from contextlib import ExitStack
 from dataclasses import replace
 from itertools import pairwise
-import sys
 
-from fuzzy_stereo_ros.matching import MatcherConfig
+from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
 from fuzzy_stereo_ros.matching.plausibility import PlausibilityCheck
 from fuzzy_stereo_ros.matching.row_offsets import row_offset_in_words
 from fuzzy_stereo_ros.matching.search_range import PAIRS, search_range, seen_disparities
@@ -16,7 +15,6 @@ from fuzzy_stereo_ros.pairs.image_files import in_eight_bits
 from fuzzy_stereo_ros.pairs.pair_reader import SCALES
 from fuzzy_stereo_ros.pairs.stereo_pair import number_of, width_by_height
 from fuzzy_stereo_ros.parameters.options import add_camera_options, add_node_options, node_settings
-from fuzzy_stereo_ros.progress import warm_matcher
 from fuzzy_stereo_ros.replay.options import READING, ReplayOptions, SYNCHRONISING
 from fuzzy_stereo_ros.replay.source import first_pairs, opened_recording, SECOND
 import numpy as np
@@ -63,7 +61,8 @@ def run(arguments, stream):
     seen = seen_disparities(images)
     first, count = search_range(seen)
     config = MatcherConfig.from_profile('realtime', min_disparity=first, disparities=count)
-    matcher, check = warm_matcher(config, sys.stderr, pairs[0].left.shape[:2]), PlausibilityCheck()
+    matcher, check = StereoMatcher(config), PlausibilityCheck()
+    matcher.warm_up(*pairs[0].left.shape[:2])
     times, noise = [], []
     for pair in pairs:
         match = matcher.match(pair.left, pair.right, stamp=pair.stamp, camera=camera_of(pair))

@@ -1,12 +1,11 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """`fuzzy-stereo warm-up`: compile the kernels before they are needed, on all cores."""
-import sys
 import time
 
+from fuzzy_stereo_ros.matching import StereoMatcher, WARM_UP_SIZE
 from fuzzy_stereo_ros.matching.kernels.compiled import FOLDER
 from fuzzy_stereo_ros.parameters.options import add_matcher_options, matcher_config
-from fuzzy_stereo_ros.progress import warm_matcher
 
 LEFT_BEHIND = 'the kernels compiled so far are kept'
 HELP = 'compile the kernels before they are needed'
@@ -25,11 +24,10 @@ def add_arguments(parser):
     add_matcher_options(parser)
 
 
-def run(arguments, stream, progress_stream=None):
+def run(arguments, stream):
     """
     Compile the kernels and print where they are kept.
 
-    progress_stream: of text, for the bar; None = standard error.
     Raises ValueError for bad parameters, and if no folder can keep the kernels.
     """
     config = matcher_config(arguments)
@@ -37,6 +35,6 @@ def run(arguments, stream, progress_stream=None):
         raise ValueError('there is no folder for compiled kernels; set NUMBA_CACHE_DIR to a '
                          'writable one')
     begun = time.monotonic()
-    warm_matcher(config, progress_stream or sys.stderr, always=True)
+    StereoMatcher(config).warm_up(*WARM_UP_SIZE)
     stream.write(f'the kernels of the profile {arguments.profile} are ready after '
                  f'{time.monotonic() - begun:.1f} s, kept in {FOLDER}\n')

@@ -10,10 +10,11 @@ compile. A kernel that the dry run misses is compiled by the warm-up itself.
 """
 from contextlib import suppress
 from dataclasses import asdict, replace
-from functools import partial
+from functools import cache, partial
 import gc
 import json
 import os
+import signal
 import subprocess
 import sys
 import threading
@@ -49,11 +50,11 @@ def warm_up(matcher, rows, columns, report=None):
     report(Progress): called in any thread, during this call, where something is compiled.
     Raises ValueError for a size that cannot be matched.
     """
-    if compiled.FOLDER:
-        compiled.before_first[:] = [partial(compile_kernels, matcher.config, report)]
+    compiled.compilers[:] = [cache(partial(compile_kernels, report=report))]
     try:
         matcher.warm_up(rows, columns)
     finally:
+        compiled.compilers.clear()
         compiled.before_first.clear()
 
 
@@ -80,6 +81,7 @@ def serve(config):
 
     Write to standard output a line for each, the share of the code that it is, 0 at the start.
     """
+    signal.signal(signal.SIGPIPE, signal.SIG_DFL)       # ends it where nobody reads its answers
     answers = os.dup(1)
     os.dup2(2, 1)       # prints go to stderr, not among the answers
     sizes = {call: _size(call[0], set()) for call in record_calls(MatcherConfig(**config))}

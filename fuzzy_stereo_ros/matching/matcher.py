@@ -10,6 +10,7 @@ from fuzzy_stereo_ros.matching.beyond import EXTRA_LABELS, reject_beyond, search
 from fuzzy_stereo_ros.matching.checks import check_size, checked_pair, checked_stamp
 from fuzzy_stereo_ros.matching.config import MatcherConfig
 from fuzzy_stereo_ros.matching.evolution import Budget, Random
+from fuzzy_stereo_ros.matching.kernels.compiled import expect
 from fuzzy_stereo_ros.matching.match import Camera, mirrored
 from fuzzy_stereo_ros.matching.paper.matcher import PaperMatcher
 from fuzzy_stereo_ros.matching.quality.matcher import QualityMatcher
@@ -150,6 +151,7 @@ class StereoMatcher:
         """Return the algorithm for an image size, by a config; a new one when the size changes."""
         if shape != self._shape:
             self.algorithm, self._shape = None, None   # frees the memory of the old one first
+            expect(self.config)
             kind = ALGORITHMS[self.config.algorithm]
             self.algorithm = kind(config, *shape, self._stages)
             self._shape = shape

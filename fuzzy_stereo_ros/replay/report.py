@@ -23,7 +23,7 @@ class ProgressBar:
         total: estimated number of pairs. stream: of text, None = standard error.
         """
         self._stream, self._logged = stream or sys.stderr, set()
-        self._bar = bar(self._stream, always, total=total, unit=' pairs', dynamic_ncols=True,
+        self._bar = bar(self._stream, always, total=total, unit=' pairs',
                         desc='loading the kernels')
 
     def __enter__(self):

@@ -4,13 +4,16 @@
 import os
 from pathlib import Path
 import re
+import shutil
 import signal
 import subprocess
 import sys
 
+from fuzzy_stereo_ros.commands.command_line import main
 from fuzzy_stereo_ros.matching import MatcherConfig
 from fuzzy_stereo_ros.matching.compiling import compile_kernels, record_calls
 from fuzzy_stereo_ros.matching.kernels import compiled
+from fuzzy_stereo_ros.progress import COMPILING
 from mounted import mounting
 from node_process import ROOT, START
 import psutil
@@ -77,13 +80,13 @@ def warm_up(cache, *words):
         stdout=subprocess.PIPE, stderr=subprocess.PIPE)
 
 
-def test_the_command_compiles_on_all_cores_with_a_bar_and_then_all_is_there(tmp_path):
+def test_the_command_compiles_on_all_cores_and_says_so_and_then_all_is_there(tmp_path):
     said, shown = warm_up(tmp_path).communicate()
     folder = Path(re.search('are ready after .* s, kept in (.*)\n', said)[1])
     assert tmp_path in folder.parents
     kept = {path: path.stat().st_mtime_ns for path in folder.iterdir()}
     assert len(kept) > 10
-    assert 'compiling the kernels: 100%' in shown
+    assert shown.startswith(f'{COMPILING}: 0 %') and f'{COMPILING}: 100 %' in shown
     said, shown = warm_up(tmp_path).communicate()
     assert 'are ready after' in said
     assert shown == ''
@@ -106,10 +109,44 @@ def test_the_command_says_so_where_nothing_can_be_kept(tmp_path):
 def test_nobody_compiles_on_after_the_command_has_ended(tmp_path, number):
     command = warm_up(tmp_path)
     while not (children := psutil.Process(command.pid).children()):
-        assert command.stderr.read(1)   # of the bar, which moves as kernels are compiled
+        assert command.stderr.read(1)
     command.send_signal(number)
     command.communicate()
     assert psutil.wait_procs(children, timeout=START)[1] == []
+
+
+@pytest.fixture(scope='module')
+def frames(tmp_path_factory):
+    place = tmp_path_factory.mktemp('frames') / 'made'
+    assert main(['synthesise', '--output', str(place), '--columns', '160', '--rows', '120',
+                 '--disparities', '24', '--frames', '2']) == 0
+    return place
+
+
+PAIR, FOLDERS = ('left/0000.png', 'right/0000.png'), ('left', 'right')
+
+
+@pytest.mark.parametrize('terminal, words', [
+    (True, ('match', *PAIR)), (False, ('match', *PAIR, '--disparities', 'auto')),
+    (True, ('replay', *FOLDERS, '--output', 'new', '--disparities', 'auto')),
+    (False, ('replay', *FOLDERS, '--output', 'new', '--workers', '2')),
+    (True, ('evaluate', '.', '--matcher', 'ours:paper')), (False, ('evaluate', *FOLDERS)),
+    (True, ('evolve', *PAIR)), (False, ('evolve', *FOLDERS)), (False, ('suggest', *FOLDERS)),
+    (True, ('benchmark',)), (False, ('warm-up', '--profile', 'quality'))])
+def test_whatever_compiles_says_so_before_it_begins(terminal, words, frames, tmp_path):
+    reads, writes = os.openpty() if terminal else os.pipe()
+    command = subprocess.Popen(
+        [sys.executable, '-m', 'fuzzy_stereo_ros.commands.command_line', *words],
+        env={**os.environ, 'NUMBA_CACHE_DIR': str(tmp_path), 'PYTHONPATH': str(ROOT)},
+        cwd=shutil.copytree(frames, tmp_path / 'made'), stdout=subprocess.DEVNULL, stderr=writes)
+    os.close(writes)
+    said = ''
+    while not re.search(rf'{COMPILING}: +0 ?%.* s so far', said):
+        said += os.read(reads, 1000).decode()
+    assert not [*tmp_path.rglob('*.nbi')]
+    command.kill()
+    command.wait()
+    os.close(reads)
 
 
 @pytest.mark.skipif(len(os.sched_getaffinity(0)) < 2, reason='one process compiles')

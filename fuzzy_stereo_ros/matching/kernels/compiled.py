@@ -31,7 +31,8 @@ SOURCES = Path(__file__).parent
 OPTIONS = {'boundscheck': None, 'no_cfunc_wrapper': True, 'error_model': 'numpy'}
 
 kernels = []    # all that `kernel` has made
-before_first = []   # what to call before the first kernel that is not cached is compiled
+compilers = []  # compile(config), to be called where kernels of a MatcherConfig are not cached
+before_first = []   # of these the calls for the newest matcher, until the first such kernel
 _remarks = {}   # sentences, and whether `remarks` returned them
 
 
@@ -40,6 +41,11 @@ def remarks():
     new = [remark for remark, told in list(_remarks.items()) if not told]
     _remarks.update(dict.fromkeys(new, True))
     return new
+
+
+def expect(config):
+    """Have the kernels of a MatcherConfig compiled by the compilers, unless they are cached."""
+    before_first[:] = [partial(one, config) for one in compilers if FOLDER]
 
 
 def choose_folders():
