@@ -14,7 +14,7 @@ from fuzzy_stereo_ros.evaluation.catalogue import search
 from fuzzy_stereo_ros.evaluation.matchers import matcher_named, ResultFiles, USUAL
 from fuzzy_stereo_ros.evaluation.measuring import COLUMNS, mean_records, measure, NoSequence
 from fuzzy_stereo_ros.matching.row_offsets import row_offset_in_words
-from fuzzy_stereo_ros.matching.search_range import PAIRS, search_range, seen_disparities
+from fuzzy_stereo_ros.matching.search_range import PAIRS, search_range
 from fuzzy_stereo_ros.pairs.frames import are_pairs, Frames
 from fuzzy_stereo_ros.pairs.image_files import read_image, write_whole
 from fuzzy_stereo_ros.pairs.pair_reader import PairReader
@@ -105,10 +105,12 @@ def run(arguments, stream, progress_stream=None):
     stream, progress_stream: of text; progress_stream None = standard error.
     Raises ValueError and OSError for bad input, if possible before anything is measured.
     """
+    outputs = _checked_outputs(arguments)
     with libraries_needed():
         from fuzzy_stereo_ros.evaluation.page import Gallery
         from fuzzy_stereo_ros.evaluation.summary import report_of
-    outputs = _checked_outputs(arguments)
+        if 'html' in outputs:
+            import jinja2   # noqa: F401  for the page
     for name, value in (
             ('repeats', arguments.repeats), ('threads', arguments.threads),
             ('disparities', arguments.searched), ('frames', arguments.frames)):
@@ -179,8 +181,8 @@ def _run_without_truth(arguments, matchers, outputs, stream):
 
     disparities = arguments.searched
     if disparities is None:
-        first, count = search_range(seen_disparities(
-            [(pair.left, pair.right) for pair in islice(pairs(), PAIRS)], arguments.threads))
+        first, count = search_range(
+            [(pair.left, pair.right) for pair in islice(pairs(), PAIRS)], arguments.threads)
         disparities = first + count
     with opencv_threads(arguments.threads):
         own = measure_without_truth(pairs, matchers, disparities, arguments.repeats)

@@ -13,7 +13,7 @@ from fuzzy_stereo_ros.evaluation.scores import score
 from fuzzy_stereo_ros.matching import StereoMatcher
 from fuzzy_stereo_ros.matching.plausibility import PlausibilityCheck
 from fuzzy_stereo_ros.matching.row_offsets import row_offset_in_words
-from fuzzy_stereo_ros.matching.search_range import search_range, seen_disparities
+from fuzzy_stereo_ros.matching.search_range import search_range
 from fuzzy_stereo_ros.pair_matcher import camera_of, without_missing
 from fuzzy_stereo_ros.pairs.calibration import reach
 from fuzzy_stereo_ros.pairs.disparity_files import (
@@ -134,7 +134,7 @@ def run(arguments, stream):
     outputs = checked_outputs(arguments, FILES, inputs)
     _check_metric([name for name in METRIC if name in outputs], pair.calibration, config)
     if automatic:
-        first, count = search_range(seen_disparities([(left, right)]))
+        first, count = search_range([(left, right)], config.threads)
         config = replace(config, min_disparity=first, disparities=count)
     matcher = StereoMatcher(config)
     matcher.warm_up(*left.shape[:2])

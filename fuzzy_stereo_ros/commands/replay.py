@@ -11,7 +11,7 @@ from fuzzy_stereo_ros.bags.reading import BagReader
 from fuzzy_stereo_ros.bags.writing import FORMATS
 from fuzzy_stereo_ros.matching import StereoMatcher, WARM_UP_SIZE
 from fuzzy_stereo_ros.matching.plausibility import PlausibilityCheck
-from fuzzy_stereo_ros.matching.search_range import PAIRS, search_range, seen_disparities
+from fuzzy_stereo_ros.matching.search_range import PAIRS, search_range
 from fuzzy_stereo_ros.pairs.calibration import reach
 from fuzzy_stereo_ros.parameters.options import (
     add_camera_options, add_matcher_options, add_node_options, is_automatic, matcher_config,
@@ -143,7 +143,8 @@ def run(arguments, stream, progress_stream=None):
     with ExitStack() as opened:
         bags, options = opened_recording(options, opened)
         if automatic:
-            first, count = search_range(seen_disparities(
+            scale = options.settings['scale']
+            first, count = (round(pixels / scale) for pixels in search_range(
                 [(pair.left, pair.right) for pair in first_pairs(options, bags, PAIRS)]))
             options = replace(options, config=replace(
                 options.config, min_disparity=first, disparities=count))

@@ -59,7 +59,7 @@ def run(arguments, stream):
     images = [(pair.left, pair.right) for pair in pairs]
     scale = options.settings['scale']
     seen = seen_disparities(images)
-    first, count = search_range(seen)
+    first, count = search_range(images)
     config = MatcherConfig.from_profile('realtime', min_disparity=first, disparities=count)
     matcher, check = StereoMatcher(config), PlausibilityCheck()
     matcher.warm_up(*pairs[0].left.shape[:2])

@@ -11,7 +11,6 @@ from fuzzy_stereo_ros.evaluation.measuring import FILLED, RAW
 from fuzzy_stereo_ros.evaluation.scores import ERROR_LIMIT
 from fuzzy_stereo_ros.matching.match import colour_disparity
 from fuzzy_stereo_ros.pairs.image_files import in_eight_bits
-from jinja2 import Environment
 import numpy as np
 
 TEMPLATE = Path(__file__).with_name('page.html')
@@ -63,6 +62,8 @@ def page_of(report, results=(), gallery=None, own=()):
 
     own: [(title, [(what, data URI)])] of pictures without ground truth.
     """
+    from jinja2 import Environment
+
     named = {result.subject.path: result for result in results}
     shown = [named[name] for name in gallery.ranked()] if gallery else []
     html = Environment(autoescape=True, trim_blocks=True, lstrip_blocks=True)

@@ -61,11 +61,13 @@ class Finding(NamedTuple):
     cause: 'dark', 'overexposed', 'covered', 'plain', 'same', 'frozen', 'swapped', 'rows',
     'turned', 'range', 'unlike' or 'deadline'. sentence: what is wrong, by which figures, and what
     to do. warns: whether something is wrong; a plain wall that fills the pictures is not.
+    needed: of 'range' the least and the largest disparity to be searched, px; else ().
     """
 
     cause: str
     sentence: str
     warns: bool = True
+    needed: tuple = ()
 
 
 class PlausibilityCheck:
@@ -341,21 +343,24 @@ def _by_range(evidence):
         needed = -(-(most + RANGE_MARGIN - first) // ROUNDED) * ROUNDED
         return Finding('range', f'{100 * evidence.nearer / number:.0f} % of the features in '
                        f'common are nearer than the range reaches (up to {most:.0f} px, searched '
-                       f'are {first:.0f} to {last:.0f}): search {needed:.0f} disparities')
+                       f'are {first:.0f} to {last:.0f}): search {needed:.0f} disparities',
+                       needed=(first, first + needed - 1))
     return evidence.farther >= fewest and Finding(
         'range', f'{100 * evidence.farther / number:.0f} % of the features in common are farther '
         f'than the range begins (from {least:.0f} px, searched are {first:.0f} to {last:.0f}): '
-        f'lower min_disparity to {least - RANGE_MARGIN:.0f}')
+        f'lower min_disparity to {least - RANGE_MARGIN:.0f}', needed=(least - RANGE_MARGIN, last))
 
 
 def _by_matches(evidence):
     match, config, scale = evidence.match, evidence.config, evidence.scale
     if match.beyond > NEARER:
+        first = config.min_disparity / scale
         last = (config.min_disparity + config.disparities - 1) / scale
         needed = -(-match.enough / scale // ROUNDED) * ROUNDED
         return Finding('range', f'{100 * match.beyond:.1f} % of the matches are nearer than the '
                        f'range reaches (disparity above {last:.0f}) and were rejected: search '
-                       f'{needed:.0f} disparities or more')
+                       f'{needed:.0f} disparities or more',
+                       needed=(first, first + needed - 1))
     return is_late(match, config) and Finding(
         'deadline', f'the deadline of {config.deadline_ms:g} ms ended before the first '
         f'generation, after {match.times["total"]:.0f} ms; the result is where evolution would '

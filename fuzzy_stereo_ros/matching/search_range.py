@@ -4,13 +4,14 @@
 Estimate which disparities a camera sees, from a few of its pairs.
 
 Not in the paper. The pairs are reduced and searched over half of their width; the disparities of
-confident pixels give the range.
+confident pixels give the range. Then the whole pairs are matched, as hints would widen the range.
 """
 from dataclasses import replace
 
 import cv2
 from fuzzy_stereo_ros.matching.config import MatcherConfig
 from fuzzy_stereo_ros.matching.matcher import StereoMatcher
+from fuzzy_stereo_ros.matching.plausibility import PlausibilityCheck
 import numpy as np
 
 PAIRS = 5               # pairs that are searched
@@ -20,6 +21,7 @@ CONFIDENT = 0.9
 PERCENTILES = 0.3, 99.9
 RESERVE = 1.15          # times the largest disparity, as things come nearer than in a few pairs
 UNSURE = 2.0            # px of the reduced images by which a range may be wrong
+WIDENED = 5             # times at most that a range is widened
 MULTIPLE = 16           # px, of which the number of disparities is a multiple
 LEAST_SHARE = 0.02      # least share of confident pixels for a result
 
@@ -47,15 +49,37 @@ def seen_disparities(pairs, threads=0):
     return float(min(low for low, _ in found)), float(max(high for _, high in found))
 
 
-def search_range(seen):
+def search_range(pairs, threads=0):
     """
-    Return (min_disparity, disparities) for what `seen_disparities` returned; None: the defaults.
+    Return (min_disparity, disparities) for pairs; arguments as for `seen_disparities`.
 
+    What they show has a reserve, and is widened as the PlausibilityCheck proposes of any of them.
     0 is in the range, which then reaches to infinity, where no farther disparity is seen.
     """
+    first, count = with_reserve(seen_disparities(pairs, threads))
+    for _ in range(WIDENED):
+        config = MatcherConfig(
+            min_disparity=first, disparities=count, warm_start=False, threads=threads)
+        matcher = StereoMatcher(config)
+        found = [PlausibilityCheck().add(*pair, matcher.match(*pair), config) for pair in pairs]
+        lows, highs = zip((first, first + count - 1), *(
+            one.needed for one in found if one is not None and one.needed))
+        wider = range_from(min(lows), max(highs))
+        if wider == (first, count):
+            break
+        first, count = wider
+    return first, count
+
+
+def with_reserve(seen):
+    """Return (min_disparity, disparities) for seen ones; None: the defaults."""
     if seen is None:
         return MatcherConfig.min_disparity, MatcherConfig.disparities
     low, high = seen
-    first = MULTIPLE * int(np.floor(low / MULTIPLE)) if low < -2 * UNSURE else 0
-    count = MULTIPLE * int(np.ceil((RESERVE * high + 1 - first) / MULTIPLE))
-    return first, max(MULTIPLE, count)
+    return range_from(low if low < -2 * UNSURE else 0, RESERVE * high)
+
+
+def range_from(low, high):
+    """Return (min_disparity, disparities) in MULTIPLEs that include disparities, px."""
+    first = MULTIPLE * int(np.floor(low / MULTIPLE))
+    return first, max(MULTIPLE, MULTIPLE * int(np.ceil((high + 1 - first) / MULTIPLE)))

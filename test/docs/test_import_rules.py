@@ -18,8 +18,8 @@ ROS_MODULE = re.compile(r'(rcl|ros|rmw|launch|ament_|tf2|message_filters|cv_brid
                         r'|\w+_(msgs|srvs)$')
 # Files that import ROS, or stand on those that do: nobody else imports them.
 ROS_FILES = 'node', 'bench/demo', 'bench/live'
-INSIDE_FUNCTIONS = frozenset({'argcomplete', 'av', 'dask', 'distributed', 'matplotlib', 'pandas',
-                              'rosbags', 'yaml'})
+INSIDE_FUNCTIONS = frozenset({'argcomplete', 'av', 'dask', 'distributed', 'jinja2', 'matplotlib',
+                              'pandas', 'rosbags', 'yaml'})
 
 
 class Room(NamedTuple):
@@ -37,8 +37,8 @@ ROOMS = {
     'matching': Room((), frozenset({'cv2', 'numba', 'numpy'})),
     'pairs': Room(('matching/match',), libraries_inside_functions=frozenset({'yaml'})),
     'bags': Room(('pairs',), libraries_inside_functions=frozenset({'rosbags', 'yaml'})),
-    'evaluation': Room(('matching', 'pairs'), frozenset({'cv2', 'jinja2', 'numpy', 'pandas'}),
-                       frozenset({'skimage'})),
+    'evaluation': Room(('matching', 'pairs'), frozenset({'cv2', 'numpy', 'pandas'}),
+                       frozenset({'jinja2', 'skimage'})),
     'views': Room(('evaluation/scores', 'matching', 'pairs'),
                   libraries_inside_functions=INSIDE_FUNCTIONS),
     'parameters': Room(('matching', 'pairs')),

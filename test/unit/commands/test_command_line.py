@@ -10,7 +10,6 @@ import subprocess
 import sys
 from xml.etree import ElementTree
 
-from fuzzy_stereo_ros import progress
 from fuzzy_stereo_ros.commands import match as match_command
 from fuzzy_stereo_ros.commands.command_line import commands, main
 from fuzzy_stereo_ros.evaluation.scores import score
@@ -179,7 +178,7 @@ def test_the_kernels_are_ready_before_the_time_is_taken(folder, monkeypatch):
             order.append('match')
             return self.matcher.match(left, right)
 
-    monkeypatch.setattr(progress, 'StereoMatcher', Watched)
+    monkeypatch.setattr(match_command, 'StereoMatcher', Watched)
     assert main(match_arguments()) == 0
     assert order == [('warm_up', 48, 80), 'match']
 
@@ -223,7 +222,7 @@ def test_bad_input_is_one_sentence_and_code_2_and_writes_nothing(
     """And it is told before the work begins, but for what only the matcher knows."""
     arguments, words = BAD_INPUT[case]
     if case not in ('too many disparities', 'one row'):
-        monkeypatch.setattr(progress, 'StereoMatcher', None)
+        monkeypatch.setattr(match_command, 'StereoMatcher', None)
     (folder / 'folder.pfm').mkdir()
     said = rejection(capsys, *arguments)
     assert re.match(r'fuzzy-stereo( match)?: ', said) and words in said

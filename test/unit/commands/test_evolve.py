@@ -104,7 +104,7 @@ def test_bad_input_is_one_sentence_and_code_2_and_writes_nothing(
     """And it is told before the work begins, but for what only the matcher knows."""
     words, told = BAD_INPUT[case]
     if case != 'too many disparities':
-        monkeypatch.setattr(evolve, 'warm_matcher', None)
+        monkeypatch.setattr(evolve, 'StereoMatcher', None)
     said = rejection(capsys, *words)
     assert re.match(r'fuzzy-stereo( evolve)?: ', said) and told in said
 

@@ -5,7 +5,9 @@ import json
 import re
 
 from fuzzy_stereo_ros.commands.command_line import main
-from fuzzy_stereo_ros.matching.search_range import search_range, seen_disparities
+from fuzzy_stereo_ros.matching import MatcherConfig, search_range as automatic, StereoMatcher
+from fuzzy_stereo_ros.matching.plausibility import PlausibilityCheck
+from fuzzy_stereo_ros.matching.search_range import search_range
 from fuzzy_stereo_ros.pairs.calibration import reach
 from fuzzy_stereo_ros.pairs.camera_files import centred_calibration
 from fuzzy_stereo_ros.synthetic.scenes import make_pair
@@ -62,18 +64,33 @@ def test_an_automatic_range_is_the_suggested_one_and_no_option_is_needed(folder,
     assert counts[0] == 64 and LARGEST - 2 <= counts[1] <= 2 * LARGEST
     assert main(['replay', 'made', '--output', 'out', '--disparities', 'auto']) == 0
     assert f'0 to {counts[1] - 1} px at focal length' in capsys.readouterr().out
+    assert main(['replay', 'made', '--output', 'half', '--disparities', 'auto', '--scale',
+                 '0.5']) == 0
+    assert int(re.search('0 to (.*) px at focal', capsys.readouterr().out)[1]) >= LARGEST - 2
     assert main([*words, '--disparities', 'auto', '--min-disparity', '3']) == 2
     assert 'leave out --min-disparity' in capsys.readouterr().err
+
+
+@pytest.mark.parametrize('seen', [(30, 38), (50, 60)])
+def test_no_hint_proposes_another_range_than_the_automatic_one(seen, monkeypatch):
+    monkeypatch.setattr(automatic, 'seen_disparities', lambda *_: seen)
+    pair = make_pair(240, 320, 80, noise=2.0)
+    first, count = search_range([(pair.left, pair.right)])
+    config = MatcherConfig(min_disparity=first, disparities=count)
+    match = StereoMatcher(config).match(pair.left, pair.right)
+    finding = PlausibilityCheck().add(pair.left, pair.right, match, config, 0.0)
+    assert finding is None or not finding.needed
+    assert first <= np.nanmin(pair.truth) and np.nanmax(pair.truth) < first + count
 
 
 def test_verged_cameras_get_a_range_below_0_and_blank_images_the_default():
     pair = make_pair(120, 240, LARGEST)
     moved = np.roll(pair.right, 12, axis=1)     # all disparities are 12 px less
-    first, count = search_range(seen_disparities([(pair.left, moved)]))
+    first, count = search_range([(pair.left, moved)])
     low, high = (end(pair.truth) - 12 for end in (np.nanmin, np.nanmax))
     assert low - 16 < first <= low < 0 and high < first + count < 1.2 * high + 32
     blank = np.zeros((60, 90), np.uint8)
-    assert search_range(seen_disparities([(blank, blank)])) == (0, 64)
+    assert search_range([(blank, blank)]) == (0, 64)
 
 
 @pytest.mark.parametrize('scene, truth', [('cones', 55), ('tsukuba', 14)])
@@ -84,7 +101,7 @@ def test_the_range_of_a_real_pair_holds_its_truth_and_little_more(scene, truth):
     from fuzzy_stereo_ros.pairs.image_files import read_image
 
     images = [read_image(next(place.glob(f'{side}.*'))) for side in ('left', 'right')]
-    first, count = search_range(seen_disparities([images]))
+    first, count = search_range([images])
     assert first == 0 and truth < count <= 1.2 * truth + 32
 
 
