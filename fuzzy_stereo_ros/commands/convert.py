@@ -5,16 +5,18 @@ import json
 from pathlib import Path
 
 from fuzzy_stereo_ros.commands.parts import UNTOUCHED
-from fuzzy_stereo_ros.pairs.calibration import disparity_of
+from fuzzy_stereo_ros.pairs.calibration import disparity_of, points_reach
 from fuzzy_stereo_ros.pairs.disparity_files import (
     check_map_suffix, POINT_SUFFIX, read_depth, read_disparity, write_depth, write_disparity,
     write_point_file)
 from fuzzy_stereo_ros.pairs.image_files import check_place, read_image
 from fuzzy_stereo_ros.pairs.stereo_pair import number_of, width_by_height
-from fuzzy_stereo_ros.parameters.options import add_camera_options, CameraOptions, option_name
+from fuzzy_stereo_ros.parameters.options import (
+    add_camera_options, add_node_options, CameraOptions, node_settings, option_name)
 import numpy as np
 
 DISPARITY, DEPTH, POINTS = 'disparity', 'depth', 'points'
+LIMIT = 'points_max_depth',
 READ = {DISPARITY: read_disparity, DEPTH: read_depth}
 
 LEFT_BEHIND = UNTOUCHED
@@ -52,6 +54,7 @@ def add_arguments(parser):
     parser.add_argument('--overwrite', action='store_true', help='replace OUTPUT where it exists')
     parser.add_argument('--json', action='store_true', help='print the figures as JSON')
     add_camera_options(parser)
+    add_node_options(parser, 'files of points', LIMIT)
 
 
 def run(arguments, stream):
@@ -61,7 +64,7 @@ def run(arguments, stream):
     Raises ValueError and OSError for bad input, before anything is written.
     """
     target = arguments.to or (POINTS if _is_points(arguments.output) else arguments.source)
-    cameras = CameraOptions.of(arguments)
+    cameras, settings = CameraOptions.of(arguments), node_settings(arguments, LIMIT)
     _check_output(arguments, target, cameras)
     values, remarks = READ[arguments.source](arguments.input, arguments.scale), ()
     if target != arguments.source:
@@ -79,7 +82,10 @@ def run(arguments, stream):
         if image is not None and image.shape[:2] != values.shape:
             raise ValueError(f'{arguments.image} is {width_by_height(image)}, but there are '
                              f'{width_by_height(values)} pixels')
-        write_point_file(arguments.output, values, calibration.left, image)
+        farthest = calibration.points_limit(settings['points_max_depth'])
+        remarks += tuple(filter(None, [points_reach(farthest)]))
+        write_point_file(arguments.output, values, calibration.left, image, farthest)
+        values[values > farthest] = np.nan
     else:
         {DISPARITY: write_disparity, DEPTH: write_depth}[target](arguments.output, values)
         values = READ[target](arguments.output)     # a format may be less precise

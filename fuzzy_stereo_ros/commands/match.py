@@ -15,7 +15,7 @@ from fuzzy_stereo_ros.matching.plausibility import PlausibilityCheck
 from fuzzy_stereo_ros.matching.row_offsets import row_offset_in_words
 from fuzzy_stereo_ros.matching.search_range import search_range
 from fuzzy_stereo_ros.pair_matcher import camera_of, without_missing
-from fuzzy_stereo_ros.pairs.calibration import reach
+from fuzzy_stereo_ros.pairs.calibration import points_reach, reach
 from fuzzy_stereo_ros.pairs.disparity_files import (
     check_map_suffix, check_point_suffix, write_confidence, write_depth, write_disparity,
     write_point_file)
@@ -23,8 +23,8 @@ from fuzzy_stereo_ros.pairs.image_files import check_image_suffix, read_pair, wr
 from fuzzy_stereo_ros.pairs.pair_reader import PairReader
 from fuzzy_stereo_ros.pairs.stereo_pair import number_of
 from fuzzy_stereo_ros.parameters.options import (
-    add_camera_options, add_matcher_options, CameraOptions, is_automatic, matcher_config,
-    USUAL_PROFILE)
+    add_camera_options, add_matcher_options, add_node_options, CameraOptions, is_automatic,
+    matcher_config, node_settings, USUAL_PROFILE)
 from fuzzy_stereo_ros.saved_pair import comparison, read_saved_pair, sentence
 from fuzzy_stereo_ros.views.video import disparity_picture
 import numpy as np
@@ -45,6 +45,7 @@ USUAL_FILES = {'output': 'disparity.pfm', 'picture': 'disparity.png'}
 # Output files, and what checks the suffix of each.
 FILES = {'output': check_map_suffix, 'picture': check_image_suffix, 'confidence': check_map_suffix,
          'depth': check_map_suffix, 'points': check_point_suffix}
+LIMIT = 'points_max_depth',
 METRIC = 'depth', 'points'      # of these, those that need a camera
 DIFFERENT = 1       # exit code: the match differs from the saved one
 
@@ -77,6 +78,7 @@ def add_arguments(parser):
     parser.add_argument('--rectify', action='store_true',
                         help='the images are raw: rectify them by --calibration')
     add_camera_options(parser)
+    add_node_options(parser, 'files of points', LIMIT)
     add_truth_options(parser)
     add_matcher_options(parser, automatic=True)
     parser.set_defaults(profile=None)       # --saved depends on whether it is given
@@ -97,7 +99,7 @@ def run(arguments, stream):
     Raises ValueError and OSError for bad input, before anything is written.
     """
     saved, automatic, inputs, known = None, False, [arguments.ground_truth, arguments.mask], {}
-    cameras = CameraOptions.of(arguments)
+    cameras, settings = CameraOptions.of(arguments), node_settings(arguments, LIMIT)
     if arguments.saved is None:
         if any(Path(path).is_dir() for path in (arguments.left, arguments.right)):
             raise ValueError('match takes two images; for folders, videos and bags there is '
@@ -155,9 +157,10 @@ def run(arguments, stream):
         write_confidence(outputs['confidence'], match.confidence)
     if 'depth' in outputs:
         write_depth(outputs['depth'], match.depth(pair.calibration))
+    farthest = pair.calibration.points_limit(settings['points_max_depth'])
     if 'points' in outputs:
         write_point_file(outputs['points'], match.depth(pair.calibration), pair.calibration.left,
-                         left)
+                         left, farthest)
     figures = {
         **{name: str(path) for name, path in outputs.items()},
         'profile': arguments.profile,
@@ -167,6 +170,7 @@ def run(arguments, stream):
         'min_disparity': config.min_disparity,
         'assumed': saved is None and not hasattr(arguments, 'disparities') and not automatic,
         'reach': reach(config.min_disparity, config.disparities, pair.calibration),
+        'points_reach': points_reach(farthest) if 'points' in outputs else '',
         'reference': config.reference,
         'time_ms': milliseconds,
         'times': dict(match.times),
@@ -221,6 +225,7 @@ def _sentences(figures):
     found = figures['ground_truth']
     if found is not None:
         lines.append(_sentence_on(found))
+    lines += filter(None, [figures['points_reach']])
     lines += [f'remark: {remark}' for remark in figures['remarks']]
     if figures['hint'] is not None:
         lines.append(f"hint: {figures['hint']['sentence']}")

@@ -12,7 +12,7 @@ from fuzzy_stereo_ros.bags.writing import FORMATS
 from fuzzy_stereo_ros.matching import StereoMatcher, WARM_UP_SIZE
 from fuzzy_stereo_ros.matching.plausibility import PlausibilityCheck
 from fuzzy_stereo_ros.matching.search_range import PAIRS, search_range
-from fuzzy_stereo_ros.pairs.calibration import reach
+from fuzzy_stereo_ros.pairs.calibration import points_reach, reach
 from fuzzy_stereo_ros.parameters.options import (
     add_camera_options, add_matcher_options, add_node_options, is_automatic, matcher_config,
     node_settings)
@@ -164,7 +164,10 @@ def run(arguments, stream, progress_stream=None):
             _check_no_pairs(bags.names, options, outputs, source, stats)
         figures = {'output': options.output, 'video': options.video,
                    'topics': source.topics._asdict(), 'calibration': source.calibration,
-                   'losses': bags.losses, 'reach': stats.calibration and reach(
+                   'losses': bags.losses, 'points_reach': points_reach(
+                       stats.calibration.points_limit(options.settings['points_max_depth'])
+                   ) if stats.calibration and 'points2' in options.results else '',
+                   'reach': stats.calibration and reach(
                        options.config.min_disparity, options.config.disparities,
                        stats.calibration.scaled(1 / options.settings['scale'])),
                    **figures_of(stats, source.synchroniser, bags.begin)}

@@ -190,6 +190,12 @@ def reach(first, count, calibration):
             f'{product / (last - calibration.offset):.3g} m')
 
 
+def points_reach(farthest):
+    """Return a sentence on the `Calibration.points_limit` of a file of points, '' for none."""
+    return f'points beyond {farthest:.3g} m are left out (--points-max-depth)' * math.isfinite(
+        farthest)
+
+
 def disparity_of(depth, calibration):
     """
     Return the disparities of a depth: float32 (R, C), px, NaN = invalid.

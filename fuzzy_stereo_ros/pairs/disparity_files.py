@@ -231,14 +231,15 @@ _ENCODERS = {
              lambda confidence: _encode_png(np.rint(255 * confidence).astype(np.uint8)))}
 
 
-def write_point_file(path, depth, left, image=None):
+def write_point_file(path, depth, left, image=None, farthest=np.inf):
     """
     Write the points of all pixels with finite depth as binary PLY; return their number.
 
     depth: float32 (R, C), metres. left: Projection of the left camera. image: for the colours,
-    uint8 or uint16, (R, C) or (R, C, 3) BGR. Raises OSError if it cannot be written.
+    uint8 or uint16, (R, C) or (R, C, 3) BGR. farthest: m, points beyond are left out. Raises
+    OSError if it cannot be written.
     """
-    finite = np.isfinite(depth)
+    finite = np.isfinite(depth) & (depth <= farthest)
     positions = left.points(depth)
     kinds = dict.fromkeys('xyz', 'f4')
     if image is not None:

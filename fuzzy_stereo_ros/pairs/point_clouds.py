@@ -29,15 +29,15 @@ def fill_points(message, match, pair, point_field, settings):
     use_color, avoid_point_cloud_padding: the fields and their offsets are those that
     stereo_image_proc's point_cloud_node sends with these parameters; rgb is of the left image;
     points_stride: step of rows and columns;
-    points_max_depth: m, points beyond are NaN, too; 0 is no limit;
+    points_max_depth: m, points beyond `Calibration.points_limit` are NaN, too;
     points_voxel_size: m; a list of finite points is sent, one of each cube of this size; 0 is all.
     """
     words, colour = POINT_LAYOUTS[settings['use_color'], settings['avoid_point_cloud_padding']]
-    stride, farthest = settings['points_stride'], settings['points_max_depth']
+    stride = settings['points_stride']
     few = np.s_[::stride, ::stride]
     depth = pair.calibration.depth(match.disparity[few])
-    if farthest:
-        np.copyto(depth, np.nan, where=depth > farthest)
+    farthest = pair.calibration.points_limit(settings['points_max_depth'])
+    np.copyto(depth, np.nan, where=depth > farthest)
     (rows, columns), size = depth.shape, 4 * words * depth.size
     indices = [('x', 0), ('y', 1), ('z', 2), *([] if colour is None else [('rgb', colour)])]
     fields = [point_field(name=name, offset=4 * index, datatype=FLOAT32, count=1)

@@ -2,11 +2,13 @@
 # SPDX-License-Identifier: Apache-2.0
 """A stereo pair with its calibration, and the exception for a pair that cannot be matched."""
 from dataclasses import dataclass, replace
+import math
 import re
 from typing import NamedTuple
 
 import numpy as np
 
+TOLD_APART = 0.25   # largest share of its depth by which one pixel of disparity moves a point
 NUMBERS = re.compile(r'\d[\d.]*')
 
 
@@ -98,6 +100,11 @@ class Calibration:
             np.divide(np.float32(self.focal * self.baseline), depth, out=depth)
         np.copyto(depth, np.inf, where=depth < 0)       # also the -inf of a disparity of -0.0
         return depth
+
+    def points_limit(self, farthest):
+        """Return how far points go, m; farthest: m, the parameter points_max_depth."""
+        limit = self.focal * self.baseline * TOLD_APART if farthest < 0 else farthest
+        return limit if limit > 0 else math.inf     # NaN and 0: without a baseline, or a limit
 
     def points(self, disparity):
         """Return the points of disparities of the left image, as `Projection.points`."""

@@ -103,6 +103,7 @@ def sentences(figures, approximate):
         'and writing')
     if figures['reach']:
         lines.append(f"searched: {figures['reach']}")
+    lines += filter(None, [figures['points_reach']])
     lines += [*figures['losses'], *(f'hint: {sentence}' for sentence in figures['hints'])]
     lines.append(f"row offset: {figures['row_offset']}")
     return '\n'.join(lines)

@@ -99,7 +99,14 @@ def test_each_point_lies_on_the_ray_of_its_pixel_at_its_depth_and_has_its_colour
     image = image if colour else image[:, :, 0]
     write_disparity('a.npy', disparity)
     write_image('left.png', image)
-    done('a.npy', 'b.ply', *CAMERAS, '--image', 'left.png')
+    limit = FOCAL * BASELINE / 4
+    for chosen, farthest in ((['--points-max-depth', '7.5'], 7.5), ([], limit)):
+        done('a.npy', 'b.ply', *CAMERAS, '--overwrite', *chosen)
+        with np.errstate(divide='ignore'):
+            depth = np.float32(FOCAL * BASELINE) / (disparity - np.float32(OFFSET))
+        assert len(read_points('b.ply')) == np.count_nonzero((depth > 0) & (depth <= farthest))
+    done('a.npy', 'b.ply', *CAMERAS, '--image', 'left.png', '--points-max-depth', '0',
+         '--overwrite')
     points = read_points('b.ply')
     down, across = np.nonzero(disparity > OFFSET)
     assert points.dtype.names == ('x', 'y', 'z', 'red', 'green', 'blue')
