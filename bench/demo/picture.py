@@ -11,7 +11,7 @@ def write_panel(path, left, disparity, confidence, truth, *, low, high, title=''
     Write a picture: left image, truth, disparity, confidence, error, and errors by confidence.
 
     left: uint8 or uint16 (R, C) or (R, C, 3) BGR. confidence: float (R, C), 0 to 1.
-    disparity, truth: float (R, C), pixels, NaN or infinite = invalid, dark grey in the picture.
+    disparity, truth: float (R, C), pixels, NaN or infinite = invalid, hatched in the picture.
     low, high: pixels, the range of the colours of disparities.
     The suffix of the path sets the format: .png, .pdf or .svg. Needs matplotlib.
     Raises ValueError for another suffix, OSError if the file cannot be written.
@@ -26,8 +26,8 @@ def write_panel(path, left, disparity, confidence, truth, *, low, high, title=''
     pixels, error = {'cmap': 'turbo', 'vmin': low, 'vmax': high, 'unit': 'px'}, error_map(
         disparity, truth)
     show_map(places[0], as_rgb(left), 'left image')
-    show_map(places[1], truth, 'ground truth', **pixels)
-    show_map(places[2], disparity, 'disparity', **pixels)
+    show_map(places[1], truth, 'ground truth; hatched is unknown', **pixels)
+    show_map(places[2], disparity, 'disparity; hatched is invalid', **pixels)
     show_map(places[3], confidence, 'confidence', cmap='viridis', vmin=0, vmax=1)
     show_map(places[4], error, 'error', cmap='magma', vmin=0, vmax=ERROR_LIMIT, unit='px')
     _show_sparsification(places[5], error, confidence, np.count_nonzero(np.isfinite(truth)))

@@ -65,7 +65,7 @@ def add_arguments(parser):
                              f"{' and '.join(USUAL_FILES.values())}")
     parser.add_argument('--picture', metavar='FILE',
                         help='picture in colours below a legend: far is blue, near red, invalid '
-                             'grey')
+                             'hatched')
     parser.add_argument('--confidence', metavar='FILE',
                         help='file of confidence, 0 to 1: .pfm, .npy or .png (0 to 255)')
     parser.add_argument('--depth', metavar='FILE',

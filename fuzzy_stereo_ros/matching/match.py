@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The camera that took a pair, the result of matching it, and how it is shown in colours."""
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import NamedTuple
 
 import cv2
@@ -10,7 +11,8 @@ import numpy as np
 
 MIRROR = np.diag((-1.0, 1.0, 1.0))
 BASELINE = np.array((1.0, 0.0, 0.0))    # from the left camera to the right one
-INVALID_GREY = 32       # of invalid pixels in pictures
+# Of invalid pixels in pictures: grey levels of the stripes, which no colour map has, and width.
+HATCH, STRIPE = (255, 150), 3
 
 
 class Camera(NamedTuple):
@@ -119,11 +121,18 @@ def colour_disparity(disparity, low, high):
     """
     Return disparities in the colour map Turbo, far blue and near red: uint8 (R, C, 3) BGR.
 
-    disparity: float (R, C), pixels, NaN or infinite = invalid, shown in dark grey.
+    disparity: float (R, C), pixels, NaN or infinite = invalid, hatched in light grey.
     low, high: pixels, the disparities at the two ends of the colour map; others are clipped.
     """
     span = max(high - low, 1e-6)
     levels = cv2.convertScaleAbs(np.clip(disparity - low, 0, span), alpha=255 / span)
     picture = cv2.applyColorMap(levels, cv2.COLORMAP_TURBO)
     invalid = ~np.isfinite(disparity)
-    return cv2.copyTo(np.full_like(picture, INVALID_GREY), invalid.view(np.uint8), picture)
+    return cv2.copyTo(hatched(*invalid.shape), invalid.view(np.uint8), picture)
+
+
+@lru_cache(2)
+def hatched(rows, columns):
+    """Return what stands for invalid pixels in pictures: grey stripes, uint8 (R, C, 3)."""
+    stripes = np.add.outer(np.arange(rows), np.arange(columns)) // STRIPE % 2
+    return np.repeat(np.take(np.array(HATCH, np.uint8), stripes)[:, :, None], 3, axis=2)

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-TOLD_APART = 0.25   # largest share of its depth by which one pixel of disparity moves a point
+TOLD_APART = 1 / 3  # largest share of its depth by which one pixel of disparity moves a point
 NUMBERS = re.compile(r'\d[\d.]*')
 
 

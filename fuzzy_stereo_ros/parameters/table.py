@@ -132,8 +132,8 @@ NODE_PARAMETERS = (
               'step of rows and columns between the points of points2', 1, 64, read_only=True),
     Parameter('points_max_depth', -1.0,
               'points2, and files of points, leave out points that are farther away; 0 is no '
-              'limit, -1 a quarter of focal length (px) times baseline: farther away one pixel of '
-              'disparity is more than a quarter of the depth', -1.0, 1e6, 'm', read_only=True),
+              'limit, -1 a third of focal length (px) times baseline: farther away one pixel of '
+              'disparity is more than a third of the depth', -1.0, 1e6, 'm', read_only=True),
     Parameter('points_voxel_size', 0.0,
               'points2 is a list with one point of each cube of this size; 0 is a point for each '
               'pixel, in rows and columns', 0.0, 1e3, 'm', read_only=True),

@@ -21,7 +21,7 @@ ORIGIN_WORDS = {
     'quality': {FIRST: 'kept', MUTATED: 'planes of segments and tiles'}}
 CURVE_COLOURS = {'best': '#1a7f37', 'mean': '#555555', 'worst': '#b35900', 'wrong': '#b3261e'}
 NOTHING, UNCOUNTED = '#ffffff', '#8a8a8a'   # no parents yet; no ground truth
-TRUTH_TITLE = 'ground truth; dark is unknown'
+TRUTH_TITLE = 'ground truth; hatched is unknown'
 WIDTH = 3.4         # inches of a panel with its margins
 FRAME_BESIDE = 0.8, 0.4   # inches beside and above a map of a sequence
 HEIGHTS = 1.4, 6.0  # least and most inches of a panel
@@ -29,6 +29,7 @@ PANEL_SPACE = 0.5   # inches above and below a panel
 BELOW = 1.2         # inches of the title and the colour bars
 DOTS = 100, 200     # least and most dots per inch; between them a dot is a pixel of the images
 LIMITS = -4, 4      # powers of ten of the fitness beyond which its axis has a factor
+BRIGHTEST = 95      # percentile of possibilities
 FEW = 12            # generations up to which curves have markers
 DURATION = 10       # seconds of an animation
 RATES = 1, 10       # least and most generations per second
@@ -99,7 +100,7 @@ class _Layout:
             above['truth'] = convergence.truth, TRUTH_TITLE
         if result is not None:
             refined = '' if self._config.algorithm == 'paper' else ', refined'
-            invalid = '; dark is invalid' if np.isnan(result).any() else ''
+            invalid = '; hatched is invalid' if np.isnan(result).any() else ''
             above['result'] = result, f'result{refined}{invalid}'
         curves = ['fitness'] if convergence.truth is None else ['fitness', 'wrong']
         names, self._rows = list(panels_of(snapshots[-1], convergence)), len(snapshots)
@@ -122,11 +123,13 @@ class _Layout:
         image.set_title(f'{self._config.reference} image, the reference', size='small')
         for name, (values, title) in list(above.items())[1:]:
             self._show(name, 'best', values, title)     # the bar of the chromosomes explains it
+        self._brightest = brightest(snapshot.possibility for snapshot in snapshots)
         for row, snapshot in enumerate(snapshots):
             self.draw(row, snapshot)
 
     def draw(self, row, snapshot):
         """Draw the panels of a Snapshot into a row; the last row gets the legends."""
+        self._brightest = max(self._brightest, brightest([snapshot.possibility]))
         for name, (values, title) in panels_of(snapshot, self._convergence).items():
             key = f'{name} {row}'
             place = self._places[key]
@@ -137,13 +140,16 @@ class _Layout:
                 self._drawn[key] = self._show(key, name, values, title)
                 if row == self._rows - 1:
                     self._explain(name, self._drawn[key])
+            if name == 'possibility':
+                self._drawn[key].set_clim(0, self._brightest)
             for part in (place.patch, *place.spines.values()):
                 part.set_visible(bool(np.isfinite(values).any()))
 
     def draw_curves(self):
         """Draw the curves of fitness and, with a truth, of the error of the best chromosome."""
         convergence, config = self._convergence, self._config
-        scale = 'Eq. 3' if config.algorithm == 'paper' else '1 is perfect'
+        scale = '1 is perfect' if config.algorithm != 'paper' else (
+            'Eq. 3 as printed' if config.reading == 'literal' else f'{config.reading} reading')
         place = self._places['fitness']
         place.clear()
         for name in ('best', 'mean', 'worst'):
@@ -183,7 +189,7 @@ class _Layout:
         drawn.axes.set_anchor('N')
         background = {'origin': NOTHING, 'mutated': NOTHING, 'error': UNCOUNTED}.get(name)
         if background:
-            drawn.axes.set_facecolor(background)
+            drawn.axes.patch.set(facecolor=background, hatch=None)
         return drawn
 
     def _explain(self, name, drawn):
@@ -203,10 +209,16 @@ class _Layout:
             return
         unit = {'best': 'px', 'mutated': '% of the children',
                 'error': 'error in px; grey does not count'}.get(name, '')
-        exceeded = name == 'error' or (name, config.algorithm) == ('mutated', 'paper')
+        exceeded = name in ('error', 'possibility') or (
+            name, config.algorithm) == ('mutated', 'paper')
         bar = self.figure.colorbar(drawn, extend='max' if exceeded else 'neither', **below)
         bar.set_label(unit, size='small')
         bar.ax.tick_params(labelsize='small')
+
+
+def brightest(maps):
+    """Return the possibility that has the brightest colour: nearly the largest of maps."""
+    return max(*(float(np.ceil(20 * np.percentile(one, BRIGHTEST)) / 20) for one in maps), 0.05)
 
 
 def panels_of(snapshot, convergence):
@@ -249,7 +261,7 @@ def _colours(name, config):
     if name == 'error':
         return {'cmap': 'magma', 'vmin': 0, 'vmax': ERROR_LIMIT}
     if name == 'possibility':
-        return {'cmap': 'viridis', 'vmin': 0, 'vmax': 1}
+        return {'cmap': 'viridis'}
     if name == 'mutated':
         # Patches of the paper fall anywhere: few cells change in half of the children that mutate.
         top = max(50 * config.mutation_rate, 1) if config.algorithm == 'paper' else 100
@@ -271,12 +283,12 @@ def frames_figure(frames, config):
     height = min((WIDTH - beside_it) * rows / columns, HEIGHTS[1]) + above
     figure = Figure(figsize=(3 * WIDTH, height * (len(shown) + 1)), layout='compressed')
     panels = figure.subplots(len(shown) + 1, 3)
-    low = config.min_disparity
+    low, top = config.min_disparity, brightest(frame.beside for frame in shown)
     for row, frame in zip(panels, shown):
         show_map(row[0], frame.disparity, '', 'px', vmin=low, cmap='turbo',
                  vmax=low + max(config.disparities - 1, 1))
         show_map(row[1], np.float32(frame.evolved), '', bar=False, vmin=0, vmax=1)
-        show_map(row[2], frame.beside, '', vmin=0, vmax=1)
+        show_map(row[2], frame.beside, '', vmin=0, vmax=top)
         for place, words in zip(row, (f'frame {frame.number}: disparity', 'new genes of the best',
                                       'possibility of the best')):
             place.set_title(words, size='small')

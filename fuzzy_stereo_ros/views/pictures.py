@@ -5,7 +5,7 @@ import io
 from pathlib import Path
 
 import cv2
-from fuzzy_stereo_ros.matching.match import INVALID_GREY
+from fuzzy_stereo_ros.matching.match import HATCH
 from fuzzy_stereo_ros.pairs.image_files import in_eight_bits, write_whole
 import numpy as np
 
@@ -38,11 +38,11 @@ def show_map(place, values, title, unit='', bar=True, **colours):
     place.set_axis_off()
     if not colours:
         return place.imshow(values)
-    grey = (INVALID_GREY / 255,) * 3
+    light, dark = ((grey / 255,) * 3 for grey in HATCH)
     place.set_axis_on()
     place.set_xticks([])
     place.set_yticks([])
-    place.set_facecolor(grey)
+    place.patch.set(facecolor=light, edgecolor=dark, hatch='/////')
     shown = place.imshow(np.ma.masked_invalid(values), **colours)
     if bar:
         place.figure.colorbar(shown, ax=place, fraction=0.05, pad=0.02).set_label(unit)

@@ -8,7 +8,7 @@ import os
 from pathlib import Path
 
 import cv2
-from fuzzy_stereo_ros.matching.match import colour_disparity, INVALID_GREY
+from fuzzy_stereo_ros.matching.match import colour_disparity
 from fuzzy_stereo_ros.pairs.image_files import check_place, in_eight_bits
 import numpy as np
 
@@ -23,7 +23,7 @@ HEAD = 52               # height of the titles, px
 TEXT_MARGIN = 8         # between texts, px
 BAR = 10                # height of a colour bar, px
 LETTERS = 0.5           # font scale of OpenCV
-WHITE = 235, 235, 235
+WHITE, DARK_GREY = (235, 235, 235), 32
 ENDS = 0.5, 99.5        # percentiles of disparities at the ends of the colours of a picture
 
 
@@ -150,7 +150,7 @@ def _fitted(frame, rows, columns):
                            interpolation=cv2.INTER_AREA)
     return cv2.copyMakeBorder(
         frame, 0, rows - frame.shape[0], 0, columns - frame.shape[1], cv2.BORDER_CONSTANT,
-        value=(INVALID_GREY,) * 3)
+        value=(DARK_GREY,) * 3)
 
 
 class VideoSink(VideoFile):
@@ -176,7 +176,7 @@ def side_by_side(matched, low, high):
     confidence = cv2.convertScaleAbs(match.confidence, alpha=255)
     return np.hstack([
         image_beside_disparity(getattr(pair, side), match.disparity, low, high,
-                               f'stamp {pair.stamp / 1e9:.3f} s', ', grey is invalid',
+                               f'stamp {pair.stamp / 1e9:.3f} s', ', hatched is invalid',
                                f'{side} image'),
         _headed(_sized(cv2.applyColorMap(confidence, cv2.COLORMAP_VIRIDIS)), 'confidence', '0',
                 '1', cv2.COLORMAP_VIRIDIS)])
@@ -207,7 +207,7 @@ def disparity_picture(disparity):
     there = disparity[np.isfinite(disparity)]
     low, high = np.percentile(there, ENDS) if there.size else (0, 1)
     return _headed(_sized(colour_disparity(disparity, low, high)),
-                   'disparity [px], grey is invalid', f'{low:.1f}', f'{high:.1f}',
+                   'disparity [px], hatched is invalid', f'{low:.1f}', f'{high:.1f}',
                    cv2.COLORMAP_TURBO)
 
 
@@ -226,7 +226,7 @@ def _sized(picture):
 
 def _headed(picture, title, begin, end, colours):
     """Return a picture below a head: a title, and a text or a colour bar with its ends."""
-    head = np.full((HEAD, picture.shape[1], 3), INVALID_GREY, np.uint8)
+    head = np.full((HEAD, picture.shape[1], 3), DARK_GREY, np.uint8)
     _write(head, title, TEXT_MARGIN, 20)
     first = _write(head, begin, TEXT_MARGIN, 42)
     if colours is not None:

@@ -140,7 +140,7 @@ def test_match_writes_confidence_depth_and_points_of_the_same_match(
         depth[~(depth < 65.5355)] = np.nan
     np.testing.assert_allclose(read_depth(f'depth{suffix}'), depth, atol=step * 5.1e-4)
     points = Path('points.ply').read_bytes()
-    near = match.depth(camera) <= 100.0 * camera.baseline / 4
+    near = match.depth(camera) <= 100.0 * camera.baseline / 3
     assert f'element vertex {near.sum()}'.encode() in points
     assert f'depth{suffix}: depth' in capsys.readouterr().out
 

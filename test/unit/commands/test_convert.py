@@ -99,7 +99,7 @@ def test_each_point_lies_on_the_ray_of_its_pixel_at_its_depth_and_has_its_colour
     image = image if colour else image[:, :, 0]
     write_disparity('a.npy', disparity)
     write_image('left.png', image)
-    limit = FOCAL * BASELINE / 4
+    limit = FOCAL * BASELINE / 3
     for chosen, farthest in ((['--points-max-depth', '7.5'], 7.5), ([], limit)):
         done('a.npy', 'b.ply', *CAMERAS, '--overwrite', *chosen)
         with np.errstate(divide='ignore'):

@@ -135,6 +135,10 @@ def test_points_beyond_the_largest_depth_are_left_out_and_no_others():
     near = field_of(filled_points(disparity, left, points_max_depth=2.0), 'z')
     depth = make_pair(disparity.shape).calibration.depth(disparity)
     np.testing.assert_array_equal(near, np.where(depth <= 2, depth, np.float32(np.nan)))
+    disparity /= 10
+    fitting = field_of(filled_points(disparity, left, points_max_depth=-1.0), 'z')
+    depth = make_pair(disparity.shape).calibration.depth(disparity)
+    np.testing.assert_array_equal(fitting, np.where(disparity >= 3, depth, np.float32(np.nan)))
 
 
 def test_a_voxel_keeps_the_first_of_its_points_with_its_colour():

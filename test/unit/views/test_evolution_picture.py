@@ -65,12 +65,19 @@ def test_an_evolution_of_no_generation_is_drawn_in_every_format(tmp_path):
     assert not pixels_of(read_image(tmp_path / 'still.png'))[[FIRST, SECOND, MUTATED]].any()
 
 
-@pytest.mark.parametrize('profile, title', [('paper', 'fitness (Eq. 3)'),
-                                            ('realtime', 'fitness (1 is perfect)')])
-def test_the_curves_are_the_fitness_of_all_generations(profile, title):
-    course, match, told = evolution(profile, shape=(40, 60))
-    (place,) = (each for each in evolution_figure(course, match).axes
-                if each.get_title() == title)
+@pytest.mark.parametrize('profile, changes, title', [
+    ('paper', {}, 'fitness (uniform reading)'),
+    ('paper', {'reading': 'literal'}, 'fitness (Eq. 3 as printed)'),
+    ('realtime', {}, 'fitness (1 is perfect)')])
+def test_curves_and_possibilities_fill_their_scales_and_the_reading_is_named(
+        profile, changes, title):
+    course, match, told = evolution(profile, shape=(40, 60), **changes)
+    axes = evolution_figure(course, match).axes
+    (place,) = (each for each in axes if each.get_title() == title)
+    maps = [each.images[0] for each in axes if each.get_title().startswith('its possibility')]
+    (scale,) = {one.get_clim() for one in maps}
+    most = max(np.percentile(one.get_array().data, 95) for one in maps)
+    assert scale[0] == 0 and most <= scale[1] <= max(most + 0.05, 0.05)
     for line, name in zip(place.lines, ('best', 'mean', 'worst'), strict=True):
         assert line.get_label() == name
         np.testing.assert_allclose(line.get_ydata(), [

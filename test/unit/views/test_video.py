@@ -7,7 +7,7 @@ import sys
 
 import cv2
 from films import film
-from fuzzy_stereo_ros.matching.match import colour_disparity, INVALID_GREY
+from fuzzy_stereo_ros.matching.match import colour_disparity, HATCH
 from fuzzy_stereo_ros.pairs.image_files import in_eight_bits
 from fuzzy_stereo_ros.views import video
 from fuzzy_stereo_ros.views.video import (
@@ -190,7 +190,7 @@ def test_a_picture_of_disparities_has_colours_over_what_is_there_and_a_legend():
     assert picture.shape == (HEAD + 60, 400, 3) and (picture[:26] > 200).any()
     ramp = cv2.applyColorMap(np.array([[0, 255]], np.uint8), cv2.COLORMAP_TURBO)[0].astype(int)
     assert abs(picture[-1, 42] - ramp[0]).max() < 40 and (picture[-1, 399] == ramp[1]).all()
-    assert np.ptp(picture[-1, :40]) == 0
+    assert set(picture[HEAD + 1:, :40].ravel()) == set(HATCH)
     assert disparity_picture(np.full((9, 9), np.nan, np.float32)).shape[2] == 3
 
 
@@ -205,11 +205,16 @@ def test_a_narrow_picture_is_repeated_and_a_wide_one_reduced():
 # ---- colours ----
 
 
-def test_far_is_blue_near_is_red_and_invalid_is_dark_grey():
-    far, near, invalid, endless = colour_disparity(np.array([[12, 52, np.nan, np.inf]]), 0, 63)[0]
+def test_far_is_blue_near_is_red_and_invalid_is_hatched_unlike_any_disparity():
+    far, near, *_ = colour_disparity(np.array([[12, 52]]), 0, 63)[0]
     assert far[0] > 200 > 100 > far[2]
     assert near[2] > 200 > 100 > near[0]
-    assert invalid.tolist() == endless.tolist() == [INVALID_GREY] * 3
+    nothing = colour_disparity(np.array([[np.nan, np.inf] * 20] * 40), 0, 63).reshape(-1, 3)
+    levels, counts = np.unique(nothing, axis=0, return_counts=True)
+    assert levels.tolist() == [[grey] * 3 for grey in sorted(HATCH)]
+    assert counts.min() > 0.4 * counts.sum()
+    for shown in colour_disparity(np.linspace(0, 63, 500)[None], 0, 63)[0].astype(int):
+        assert np.abs(levels - shown).max(axis=1).min() > 60
 
 
 def test_what_lies_outside_the_range_takes_the_colour_of_its_end():
