@@ -11,6 +11,8 @@ FUZZ_ARGS ?=
 
 venv := .venv
 python := $(venv)/bin/python
+# Errors alone: pip warns of each place of packages that is set but not there, once a package.
+pip_install := $(python) -m pip install --quiet --quiet
 parallel := --numprocesses logical --dist loadfile
 
 ros_is_sourced := $(shell [ "$$ROS_DISTRO" = jazzy ] && [ -n "$$AMENT_PREFIX_PATH" ] \
@@ -53,7 +55,7 @@ space := $(empty) $(empty)
 .PHONY: help demo test test-all test-rest soak fuzz benchmark matrix docs lint clean
 
 help:
-	@echo 'make demo   the node on a real stereo sequence: a table and a picture'
+	@echo 'make demo   the node on a window that pans over one real pair: a table, a picture'
 	@echo "            make demo DEMO_ARGS='--profile paper --population 40 --generations 10'"
 	@echo 'make test   ruff, flake8, pep257, then the tests that take minutes in all'
 	@echo 'make test-all  every test, nodes, processes, builds, fuzz and soak in short among them'
@@ -131,18 +133,18 @@ $(dependencies_installed): $(requirements)
 	@$(PYTHON) -c 'import sys; sys.version_info >= (3, 11) or sys.exit( \
 		"Python 3.11 or newer is needed, $(PYTHON) is older: choose one with PYTHON=...")'
 	$(PYTHON) -m venv --clear $(venv_options) $(venv)
-	$(python) -m pip install --quiet $(addprefix --requirement ,$(requirements))
+	$(pip_install) $(addprefix --requirement ,$(requirements))
 	touch $@
 
 $(package_installed): $(dependencies_installed) package.xml setup.py pyproject.toml \
 		$(wildcard resource/* config/* launch/*)
-	$(python) -m pip install --quiet --no-deps --editable .
+	$(pip_install) --no-deps --editable .
 	touch $@
 
 $(sphinx_installed): requirements/docs.txt $(dependencies_installed)
-	$(python) -m pip install --quiet --requirement requirements/docs.txt
+	$(pip_install) --requirement requirements/docs.txt
 	touch $@
 
 $(tox_installed): requirements/matrix.txt $(dependencies_installed)
-	$(python) -m pip install --quiet --requirement requirements/matrix.txt
+	$(pip_install) --requirement requirements/matrix.txt
 	touch $@

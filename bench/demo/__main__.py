@@ -17,7 +17,8 @@ import time
 
 from bench.demo.observed_node import (
     Listener, NODE, NodeFailed, ros_environment, ros_running, running_module)
-from bench.demo.phase import floats, MotorcycleWindow, Phase, play, table, TIMEOUT
+from bench.demo.phase import (
+    COLUMNS, floats, MotorcycleWindow, Phase, play, ROWS, STEP, table, TIMEOUT)
 from bench.demo.picture import write_panel
 from fuzzy_stereo_ros.matching import StereoMatcher, WARM_UP_SIZE
 from fuzzy_stereo_ros.node.simulated_cameras import SimulatedCameras
@@ -37,6 +38,8 @@ CAMERA_RATE, FRAMES = 30.0, 90
 SLOW = 0.5              # s for a pair; the camera is slower for slower matchers
 LONGEST_PHASE = 30.0    # s, with a slower camera
 FAILED = 1              # exit code
+PLAYED = (f'a window of {COLUMNS}x{ROWS} pixels that pans by {STEP} px a frame over one real pair, '
+          'Motorcycle of Middlebury 2014')
 
 
 def main(argv=None):
@@ -47,7 +50,7 @@ def main(argv=None):
 def _parser():
     """Return the parser of the demo."""
     parser = Parser(prog='demo', description=(
-        'Run the node on a real stereo sequence, print a table and write a picture.'))
+        f'Run the node on {PLAYED}; print a table and write a picture.'))
     parser.add_argument('--frames', type=int, metavar='N',
                         help=f'pairs to publish, warm and cold each; default: {FRAMES}, or as '
                              f'many as fit into {LONGEST_PHASE:g} s')
@@ -74,6 +77,7 @@ def run(arguments):
     parameters = {'profile': arguments.profile,
                   **{ros_name(name): value for name, value in changes.items()}}
     sequence = MotorcycleWindow()
+    print(f'playing {PLAYED}', flush=True)
     StereoMatcher(config).warm_up(*WARM_UP_SIZE)
     namespace = f'/demo_{os.getpid()}'      # demos that run at the same time are kept apart
     words = [word for name, value in parameters.items() for word in (
