@@ -38,8 +38,8 @@ CAMERA_RATE, FRAMES = 30.0, 90
 SLOW = 0.5              # s for a pair; the camera is slower for slower matchers
 LONGEST_PHASE = 30.0    # s, with a slower camera
 FAILED = 1              # exit code
-PLAYED = (f'a window of {COLUMNS}x{ROWS} pixels that pans by {STEP} px a frame over one real pair, '
-          'Motorcycle of Middlebury 2014')
+PLAYED = (f'a window of {COLUMNS}x{ROWS} pixels that pans by {STEP} px a frame over one real '
+          'pair, Motorcycle of Middlebury 2014')
 
 
 def main(argv=None):

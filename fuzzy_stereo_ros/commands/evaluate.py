@@ -16,7 +16,7 @@ from fuzzy_stereo_ros.evaluation.measuring import COLUMNS, mean_records, measure
 from fuzzy_stereo_ros.matching.row_offsets import row_offset_in_words
 from fuzzy_stereo_ros.matching.search_range import PAIRS, search_range
 from fuzzy_stereo_ros.pairs.frames import are_pairs, Frames
-from fuzzy_stereo_ros.pairs.image_files import read_image, write_whole
+from fuzzy_stereo_ros.pairs.image_files import read_image, read_pair, write_whole
 from fuzzy_stereo_ros.pairs.pair_reader import PairReader
 from fuzzy_stereo_ros.parameters.options import (
     add_camera_options, add_matcher_options, CameraOptions, matcher_changes)
@@ -36,7 +36,7 @@ DESCRIPTION = (
     'KITTI 2012 and 2015 in their official structure, left.png and right.png with a\n'
     'groundtruth.png, .pfm, .npy or .npz, and numbered frames (left_07.png, right_07.png or\n'
     'left/0007.png, right/0007.png), which are also matched as a sequence, warm and cold.\n\n'
-    'Without ground truth: a recording or two folders, as for replay, whose maps are compared by\n'
+    'Without ground truth: the same scenes, or frames as for replay, whose maps are compared by\n'
     'density, agreement of both images, flicker and time.\n\n'
     "matchers: ours, or ours:PROFILE; opencv:bm, :sgbm, :3way or :hh4 at stereo_image_proc's\n"
     'defaults, or tuned: opencv:bm:tuned.')
@@ -123,10 +123,10 @@ def run(arguments, stream, progress_stream=None):
     try:
         found = search([Path(folder) for folder in arguments.folders], arguments.truth_scale,
                        arguments.only)
-    except ValueError:
-        if arguments.results or arguments.only or not are_pairs(arguments.folders):
+    except ValueError as error:
+        if arguments.results:
             raise
-        _run_without_truth(arguments, matchers, outputs, stream)
+        _run_without_truth(arguments, matchers, outputs, stream, _recordings(arguments, error))
         return
     matchers += _result_files(arguments.results, found, [each.name for each in matchers])
     if not matchers:
@@ -162,39 +162,67 @@ def _write(arguments, outputs, stream, report, records, columns, *page):
     stream.write(in_json + '\n' if arguments.json == STDOUT else markdown(report))
 
 
-def _run_without_truth(arguments, matchers, outputs, stream):
-    """Measure matchers on frames without ground truth, write the files and print the table."""
+def _recordings(arguments, error):
+    """
+    Return the name of all, and {name: function that returns an iterator over its StereoPairs}.
+
+    error: raised if there are no images at all.
+    """
+    cameras, reader = CameraOptions.of(arguments), PairReader(arguments.rectify)
+
+    def pair_of(left, right, paths, stamp=0):
+        infos = None, None
+        if arguments.rectify or cameras.given:
+            infos, _ = cameras.cameras(left.shape[:2], 'depth', arguments.rectify, paths)
+        return reader.read_images((left, right), infos, stamp)
+
+    if are_pairs(arguments.folders) and not arguments.only:
+        frames = Frames(arguments.folders)
+        return frames.name, {'': lambda: (
+            pair_of(left.read(), right.read(), frames.paths, stamp)
+            for stamp, left, right in islice(frames.pairs(), arguments.frames))}
+    try:
+        found = search([Path(folder) for folder in arguments.folders], None, arguments.only,
+                       with_truth=False)
+    except ValueError:
+        raise error from None
+
+    def pairs_of(files):
+        yield pair_of(*read_pair(files.left, files.right), (files.left, files.right))
+
+    return ', '.join(arguments.folders), {
+        scene.path: partial(pairs_of, scene.files['']) for scene in found.scenes}
+
+
+def _run_without_truth(arguments, matchers, outputs, stream, recordings):
+    """Measure matchers on what `_recordings` returns, write the files and print the tables."""
     from fuzzy_stereo_ros.evaluation.report import environment, Report
-    from fuzzy_stereo_ros.evaluation.without_truth import HEADINGS, measure_without_truth
+    from fuzzy_stereo_ros.evaluation.without_truth import (
+        HEADINGS, measure_without_truth, tables_of)
 
-    frames = Frames(arguments.folders)
-    images = [image.read() for image in next(frames.pairs())[1:]]
-    infos, cameras = (None, None), CameraOptions.of(arguments)
-    if arguments.rectify or cameras.given:
-        infos, _ = cameras.cameras(images[0].shape[:2], 'depth', arguments.rectify,
-                                   frames.paths)
-    reader = PairReader(arguments.rectify)
-
-    def pairs():
-        for stamp, left, right in islice(frames.pairs(), arguments.frames):
-            yield reader.read_images((left.read(), right.read()), infos, stamp)
-
-    disparities = arguments.searched
-    if disparities is None:
-        first, count = search_range(
-            [(pair.left, pair.right) for pair in islice(pairs(), PAIRS)], arguments.threads)
-        disparities = first + count
-    with opencv_threads(arguments.threads):
-        own = measure_without_truth(pairs, matchers, disparities, arguments.repeats)
-    report = Report('evaluate', f'Evaluation of {frames.name}', {
-        **environment(f'{arguments.threads} each'),
-        'frames': f'{min([*frames.counts.values(), arguments.frames])}, {disparities} disparities '
-                  + ('found in the first pairs' if arguments.searched is None else 'given'),
-        'row offset': row_offset_in_words(own.misalignment)},
-        [own.table], own.hints)
-    columns = ('matcher', *HEADINGS[1:])
-    _write(arguments, outputs, stream, report, [dict(zip(columns, row)) for row in own.rows],
-           columns, (), None, own.pictures)
+    (title, recordings), measured, settings = recordings, {}, {}
+    for name, pairs in recordings.items():
+        disparities = arguments.searched
+        if disparities is None:
+            first, count = search_range(
+                [(pair.left, pair.right) for pair in islice(pairs(), PAIRS)], arguments.threads)
+            disparities = first + count
+        with opencv_threads(arguments.threads):
+            own = measured[name] = measure_without_truth(
+                pairs, matchers, disparities, arguments.repeats, name)
+        settings[f'{name} frames'.strip()] = f'{len(own.pairs)}, {disparities} disparities ' + (
+            'found in the first pairs' if arguments.searched is None else 'given')
+        settings[f'{name} row offset'.strip()] = row_offset_in_words(own.misalignment)
+    report = Report(
+        'evaluate', f'Evaluation of {title}',
+        {**environment(f'{arguments.threads} each'), **settings}, tables_of(measured),
+        [f'{name}: {hint}' if name else hint for name, own in measured.items()
+         for hint in own.hints])
+    columns = ('scene', 'matcher', *HEADINGS[1:])[len(measured) == 1:]
+    records = [dict(zip(columns, (name, *row)[len(measured) == 1:]))
+               for name, own in measured.items() for row in own.rows]
+    _write(arguments, outputs, stream, report, records, columns, (), None,
+           [pair for own in measured.values() for pair in own.pairs])
 
 
 def _measure_all(arguments, found, matchers, show, progress):

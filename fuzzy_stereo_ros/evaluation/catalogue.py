@@ -110,9 +110,11 @@ class Search(NamedTuple):
     skipped: list
 
 
-def search(folders, truth_scale=None, only=''):
+def search(folders, truth_scale=None, only='', with_truth=True):
     """
     Return the `Search` of all scenes and sequences below some folders (paths).
+
+    with_truth: False also finds scenes that have none, and no sequences.
 
     truth_scale: grey levels per pixel of 8-bit truths whose scale is not known otherwise.
     only: a word that names must contain.
@@ -123,7 +125,7 @@ def search(folders, truth_scale=None, only=''):
     for folder in folders:
         if not folder.is_dir():
             raise ValueError(f'there is no folder {folder}')
-        below, without_truth = _below(folder, truth_scale, set())
+        below, without_truth = _below(folder, truth_scale, set(), with_truth)
         if not below:
             raise ValueError(without_truth[0] if without_truth else
                              f'there is no scene below {folder}; known layouts are {KNOWN}')
@@ -139,29 +141,31 @@ def search(folders, truth_scale=None, only=''):
                          f'{", ".join(dict.fromkeys(each.name for each in every))}')
     sequences = [each for each in named if isinstance(each, Sequence)]
     scenes = [each for each in named if not isinstance(each, Sequence)]
-    for scene in scenes:
+    for scene in scenes if with_truth else ():
         scene.files[''].check_scale()
     return Search(scenes, sequences, skipped)
 
 
-def _below(folder, truth_scale, seen):
+def _below(folder, truth_scale, seen, with_truth):
     """Return [(place, scene or sequence)] in a folder or else below it, and what is skipped."""
     if folder.resolve() in seen:        # a link to a folder above
         return [], []
     seen.add(folder.resolve())
     try:
-        found = next(filter(None, (_found(folder, layout, truth_scale) for layout in LAYOUTS)), [])
+        found = next(filter(None, (
+            _found(folder, layout, truth_scale, with_truth) for layout in LAYOUTS)), [])
     except NoTruth as without:
         return [], [str(without)]
     skipped = []
     for inner in [] if found else sorted(folder.iterdir()):
         if inner.is_dir() and not inner.name.startswith('.'):
-            for every, more in zip((found, skipped), _below(inner, truth_scale, seen)):
+            for every, more in zip((found, skipped), _below(
+                    inner, truth_scale, seen, with_truth)):
                 every += more
     return found, skipped
 
 
-def _found(folder, layout, truth_scale):
+def _found(folder, layout, truth_scale, with_truth):
     """
     Return [(place, scene or sequence)] of a layout in a folder.
 
@@ -173,12 +177,12 @@ def _found(folder, layout, truth_scale):
         files, search_range = files_of(folder, layout, number, truth_scale)
         start, digits = NUMBER.fullmatch(number).groups() if number else ('', '')
         runs.setdefault(start, {})[digits] = files
-        if files.truth is not None:
+        if files.truth is not None or not with_truth:
             found.append((folder / number, Scene(
                 '', '', files.family, read=files.read, layout=layout.name, files={'': files},
                 **search_range)))
     for start, frames in runs.items():
-        if len(frames) > 1:
+        if len(frames) > 1 and with_truth:
             family = KITTI if any(one.family == KITTI for one in frames.values()) else MIDDLEBURY
             found.append((folder / start, Sequence(
                 '', '', family, read=lambda frames=frames: (one.read() for one in frames.values()),

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import cv2
 from fuzzy_stereo_ros.evaluation.measuring import FILLED, RAW
 from fuzzy_stereo_ros.evaluation.scores import ERROR_LIMIT
-from fuzzy_stereo_ros.matching.match import colour_disparity
+from fuzzy_stereo_ros.matching.match import colour_disparity, HATCH, STRIPE
 from fuzzy_stereo_ros.pairs.image_files import in_eight_bits
 import numpy as np
 
@@ -19,15 +19,40 @@ WIDTH = 400             # px, of the widest picture
 POINT_RADIUS = 2.5      # px, of the points of a sparse truth
 UNKNOWN_GREY = 110      # no truth
 NO_DISPARITY = (190, 140, 0)    # BGR: a truth, but no disparity
+COLOURS = {'turbo': cv2.COLORMAP_TURBO, 'magma': cv2.COLORMAP_MAGMA,
+           'viridis': cv2.COLORMAP_VIRIDIS}     # of bars in the legend
+STOPS = 17              # colours of a bar, between which a browser interpolates
 LOSSLESS = 101          # quality of WebP
 
 
 class Pictures(NamedTuple):
-    """The pictures of a scene as data URIs; of_matchers: {name: (disparity, error)}."""
+    """The pictures of a scene as data URIs; of_matchers: {name: (disparity, error)}; ends: px."""
 
     left: str
     truth: str
     of_matchers: dict
+    ends: tuple
+
+
+class View(NamedTuple):
+    """What a page shows of a matcher: a title, lines of words, and pictures [(what, data URI)]."""
+
+    title: str
+    words: list
+    pictures: list
+
+
+class ShownPair(NamedTuple):
+    """
+    A pair on a page: its name, facts in words, and a list of `View`s.
+
+    bars: [(quantity, name of COLOURS, text of the lower end, of the upper one)], the legend.
+    """
+
+    name: str
+    facts: str
+    views: list
+    bars: list
 
 
 class Gallery:
@@ -60,21 +85,52 @@ def page_of(report, results=(), gallery=None, own=()):
     """
     Return the HTML page of a `Report`, the `Result`s of its scenes and their `Gallery`.
 
-    own: [(title, [(what, data URI)])] of pictures without ground truth.
+    own: `ShownPair`s without ground truth.
     """
     from jinja2 import Environment
 
     named = {result.subject.path: result for result in results}
-    shown = [named[name] for name in gallery.ranked()] if gallery else []
+    ranked = [named[name] for name in gallery.ranked()] if gallery else []
     html = Environment(autoescape=True, trim_blocks=True, lstrip_blocks=True)
-    limits = {one.subject.family: one.subject.limit for one in shown}
+    limits = {one.subject.family: one.subject.limit for one in ranked}
+    order = '' if not ranked else (
+        f'From the least dense error of {gallery.ranked_by} to the largest: '
+        + ', '.join(f'bad-{limit:g} of {family}' for family, limit in limits.items()) + '.')
+    if len(results) > len(ranked):
+        order += f' {len(results) - len(ranked)} in between have no pictures.'
+    pairs = [*own, *(_shown(each, gallery.shown[each.subject.path]) for each in ranked)]
     return html.from_string(TEMPLATE.read_text(encoding='utf-8')).render(
-        report=report, gallery=gallery, own=own, shown=shown, without=len(results) - len(shown),
-        raw=RAW, filled=FILLED,
-        limits=', '.join(f'bad-{limit:g} of {family}' for family, limit in limits.items()),
-        error_limit=ERROR_LIMIT, no_disparity=NO_DISPARITY[::-1], unknown=UNKNOWN_GREY,
-        error_colours=data_uri(colour_error(np.linspace(0, ERROR_LIMIT, 128, dtype=np.float32)[
-            None].repeat(10, axis=0), np.zeros((10, 128), np.float32)))) + '\n'
+        report=report, pairs=pairs, order=order,
+        colours={name: ', '.join(f'rgb{tuple(colour[::-1])}' for colour in cv2.applyColorMap(
+            np.linspace(0, 255, STOPS).astype(np.uint8)[None], code)[0].tolist())
+            for name, code in COLOURS.items()},
+        hatch=HATCH, stripe=STRIPE, no_disparity=NO_DISPARITY[::-1], unknown=UNKNOWN_GREY) + '\n'
+
+
+def _shown(result, pictures):
+    """Return the `ShownPair` of the `Result` of a scene and its `Pictures`."""
+    facts = (f'{result.subject.layout}, {result.size[1]}x{result.size[0]}, {result.disparities} '
+             'disparities')
+    if result.records:
+        facts += f", figures: {result.records[0]['mask']}"
+    limit = f'{result.subject.limit:g}'
+    views = [View('left image and truth', [], [
+        ('left image', pictures.left), ('truth', pictures.truth)])]
+    for name, (disparity, error) in pictures.of_matchers.items():
+        sparse, dense = result.record(name, RAW), result.record(name, FILLED)
+        time = sparse['milliseconds']
+        views.append(View(name, [
+            f"bad-{limit}: {dense['bad_dense_' + limit]:.2f} % dense, "
+            f"{sparse['bad_sparse_' + limit]:.2f} % sparse",
+            f"density {sparse['density']:.1f} %" + ('' if time is None else f', {time:.1f} ms')],
+            [(f'disparity by {name}', disparity), (f'error of {name}', error)]))
+    return ShownPair(result.subject.path, facts, views, [
+        disparity_bar(*pictures.ends), ('error', 'magma', '0', f'{ERROR_LIMIT:g} px and more')])
+
+
+def disparity_bar(low, high):
+    """Return the bar of disparities, px, of a `ShownPair`."""
+    return 'disparity', 'turbo', f'{low:.1f}', f'{high:.1f} px'
 
 
 def pictures_of(pair, maps):
@@ -87,7 +143,7 @@ def pictures_of(pair, maps):
         data_uri(colour_disparity(_thickened(pair.truth, valid), low, high)),
         {name: (data_uri(colour_disparity(disparity, low, high)),
                 data_uri(colour_error(disparity, pair.truth)))
-         for name, disparity in maps.items()})
+         for name, disparity in maps.items()}, (low, high))
 
 
 def data_uri(image, interpolation=cv2.INTER_NEAREST):
@@ -96,12 +152,16 @@ def data_uri(image, interpolation=cv2.INTER_NEAREST):
 
     The default interpolation keeps the colours of maps, which have a meaning.
     """
-    rows, columns = image.shape[:2]
-    if columns > WIDTH:
-        image = cv2.resize(image, (WIDTH, max(1, round(rows * WIDTH / columns))),
-                           interpolation=interpolation)
-    _, content = cv2.imencode('.webp', image, [cv2.IMWRITE_WEBP_QUALITY, LOSSLESS])
+    _, content = cv2.imencode('.webp', reduced(image, interpolation),
+                              [cv2.IMWRITE_WEBP_QUALITY, LOSSLESS])
     return f'data:image/webp;base64,{base64.b64encode(content).decode()}'
+
+
+def reduced(image, interpolation=cv2.INTER_NEAREST):
+    """Return an image or a map, (R, C, ...), reduced to WIDTH if it is wider."""
+    rows, columns = image.shape[:2]
+    return image if columns <= WIDTH else cv2.resize(
+        image, (WIDTH, max(1, round(rows * WIDTH / columns))), interpolation=interpolation)
 
 
 def colour_error(disparity, truth):

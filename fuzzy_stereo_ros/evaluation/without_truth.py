@@ -13,11 +13,12 @@ import cv2
 from fuzzy_stereo_ros.evaluation.ground_truth import (
     at_matches, GroundTruthPair, MIDDLEBURY, TOLERANCE)
 from fuzzy_stereo_ros.evaluation.matchers import COLD, Task
-from fuzzy_stereo_ros.evaluation.page import data_uri
+from fuzzy_stereo_ros.evaluation.page import data_uri, disparity_bar, reduced, ShownPair, View
 from fuzzy_stereo_ros.evaluation.report import mean, Table
 from fuzzy_stereo_ros.evaluation.scores import flicker
 from fuzzy_stereo_ros.matching.match import colour_disparity
 from fuzzy_stereo_ros.pairs.image_files import in_eight_bits
+from fuzzy_stereo_ros.pairs.stereo_pair import width_by_height
 import numpy as np
 
 SHOWN = 99.5        # percentile of all disparities that are seen, at the end of the colours
@@ -35,63 +36,86 @@ class Own:
     What was measured of pairs without truth.
 
     rows: of the table, by HEADINGS. misalignment: of the rows of the pairs, None = unknown.
-    hints: sentences on what is suspicious, also of the calibration. pictures: [(title, [(what,
-    data URI)])], for the page.
+    hints: sentences on what is suspicious, also of the calibration. pairs: [`ShownPair`], for the
+    page.
     """
 
     rows: list = field(default_factory=list)
     misalignment: object = None
     hints: list = field(default_factory=list)
-    pictures: list = field(default_factory=list)
-
-    @property
-    def table(self):
-        """The Table of all matchers."""
-        return Table('Without ground truth', HEADINGS, self.rows, NOTE)
+    pairs: list = field(default_factory=list)
 
 
-def measure_without_truth(pairs, matchers, disparities, repeats=1):
+def tables_of(measured):
+    """Return the Tables of {name: Own}: of the means, and, of more than one, of each."""
+    of_each = [((name, *row[:2]), row[2:]) for name, own in measured.items() for row in own.rows]
+    means = {}
+    for (_, *who), row in of_each:
+        means.setdefault(tuple(who), []).append(row)
+    rows = [(*who, *(_known([one for one in column if one is not None]) for column in zip(*every)))
+            for who, every in means.items()]
+    title = 'Without ground truth'
+    if len(measured) == 1:
+        return [Table(title, HEADINGS, rows, NOTE)]
+    return [Table(f'{title}, mean of {len(measured)} scenes', HEADINGS, rows, NOTE),
+            Table('Each scene', ('', 'matcher', *HEADINGS[1:]), [
+                (*who, *row) for who, row in of_each])]
+
+
+def measure_without_truth(pairs, matchers, disparities, repeats=1, name=''):
     """
     Return the Own of matchers on pairs.
 
     pairs: a function that returns an iterator over StereoPairs of one size. matchers, disparities,
-    repeats: as for `measuring.measure`. Raises ValueError for a pair that cannot be matched.
+    repeats: as for `measuring.measure`. name: of all pairs; they also have numbers, unless there
+    is one. Raises ValueError for a pair that cannot be matched.
     """
     first = next(pairs())
     task, maps = Task(MIDDLEBURY, disparities, first.left.shape[:2], repeats), {}
     found = Own(hints=list(first.calibration.remarks))
     for matcher in matchers:
         for start in matcher.starts:
-            figures, last = _figures(pairs(), matcher, start, task)
+            figures, last, shown = _figures(pairs(), matcher, start, task)
             single = len(figures['time']) == 1
             if single and start not in matcher.starts[:1]:
                 continue
             found.rows.append((
                 matcher.name, start or COLD, *(_known(figures[name]) for name in (
                     'density', 'agree', 'confidence', 'flicker', 'time'))))
-            maps[matcher.name] = last
+            maps[matcher.name] = shown
             if last.finding is not None and last.finding.sentence not in found.hints:
                 found.hints.append(last.finding.sentence)
             found.misalignment = found.misalignment or last.misalignment
-    seen = np.concatenate([one.raw[np.isfinite(one.raw)] for one in maps.values()])
+    seen = np.concatenate([one[np.isfinite(one)] for every in maps.values() for one, _ in every])
     low, high = np.percentile(seen, (100 - SHOWN, SHOWN)) if seen.size else (0, 1)
-    *_, pair = pairs()
-    found.pictures.append(('left image', [
-        ('left image', data_uri(in_eight_bits(pair.left), cv2.INTER_AREA))]))
-    for name, one in maps.items():
-        uris = [(f'disparity by {name}', data_uri(colour_disparity(one.raw, low, high)))]
-        if one.confidence is not None:
-            uris.append((f'confidence by {name}', data_uri(cv2.applyColorMap(
-                cv2.convertScaleAbs(one.confidence, alpha=255), cv2.COLORMAP_VIRIDIS))))
-        found.pictures.append((name, uris))
+    for number, pair in enumerate(pairs()):
+        views, sure = [View('left image', [], [
+            ('left image', data_uri(in_eight_bits(pair.left), cv2.INTER_AREA))])], False
+        for matcher, every in maps.items():
+            disparity, confidence = every[number]
+            uris = [(f'disparity by {matcher}', data_uri(colour_disparity(disparity, low, high)))]
+            if confidence is not False:
+                sure = True
+                uris.append((f'confidence by {matcher}', data_uri(cv2.applyColorMap(
+                    cv2.convertScaleAbs(confidence, alpha=255), cv2.COLORMAP_VIRIDIS))))
+            views.append(View(matcher, [], uris))
+        found.pairs.append(ShownPair(
+            ' '.join(filter(None, (name, f'pair {number}' * (not single)))),
+            f'{width_by_height(pair.left)}, {disparities} disparities', views,
+            [disparity_bar(low, high), *[('confidence', 'viridis', '0', '1')] * sure]))
     return found
 
 
 def _figures(pairs, matcher, start, task):
-    """Return {name of a figure: a value for each pair}, and the last Maps."""
+    """
+    Return {name of a figure: a value for each pair}, the last Maps, and what is shown.
+
+    That is [(disparity, confidence or False)] of all pairs, reduced.
+    """
     match, other = (matcher.begin(task, start) for _ in range(2))
     figures, last = {name: [] for name in ('density', 'agree', 'confidence', 'flicker',
                                            'time')}, None
+    shown = []
     for number, pair in enumerate(pairs):
         if pair.left.shape[:2] != task.size:
             raise ValueError(f'pair {number} has another size than the first one; evaluate pairs '
@@ -115,8 +139,9 @@ def _figures(pairs, matcher, start, task):
         if last is not None:
             figures['flicker'].append(flicker(last.raw, maps.raw))
         figures['time'].append(maps.milliseconds)
+        shown.append((reduced(maps.raw), maps.confidence is not None and reduced(maps.confidence)))
         last = maps
-    return figures, last
+    return figures, last, shown
 
 
 def _known(values):

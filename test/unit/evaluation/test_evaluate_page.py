@@ -93,21 +93,19 @@ def test_the_page_is_well_formed_and_points_nowhere(evaluation):
     assert '://' not in text
 
 
-def test_scenes_stand_below_the_figures_from_the_best_to_the_worst(evaluation):
+def test_scenes_stand_above_the_figures_from_the_best_to_the_worst(evaluation):
     text, records = evaluation
     errors = {record['name']: record['bad_dense_1'] for record in records
               if record['kind'] == 'scene' and record['matcher'] == 'ours'
               and record['mask'] == 'nonocc' and record['map'] == 'filled'}
     assert len(set(errors.values())) == 3
     headings = [heading.split(' left, right')[0] for heading in Page(text).headings]
-    assert headings[1] == 'Figures'
-    assert headings[-4:] == ['Scenes', *sorted(errors, key=errors.get)]
+    assert headings[1:6] == ['Pairs', *sorted(errors, key=errors.get), 'Figures']
 
 
 def test_each_scene_has_image_truth_and_two_pictures_of_each_matcher(evaluation):
     text, _ = evaluation
-    legend, *images = Page(text).images
-    assert legend['alt'] == 'colours of errors'
+    images = Page(text).images
     assert [image['alt'] for image in images] == 3 * [
         'left image', 'truth', *(word for name in MATCHERS
                                  for word in (f'disparity by {name}', f'error of {name}'))]
@@ -143,6 +141,14 @@ def test_the_page_has_the_tables_and_the_figures_under_each_picture(evaluation):
         if (record['kind'], record['mask'], record['map']) == ('scene', 'nonocc', 'filled'):
             assert f"bad-1: {record['bad_dense_1']:.2f} % dense" in found.words
     assert '<em>sparse</em>' in text
+
+
+def test_colours_have_numbers_at_their_ends(evaluation):
+    words = ' '.join(Page(evaluation[0]).words.split())
+    for seed in range(3):
+        truth = pair(seed).truth
+        assert f'disparity {np.nanmin(truth):.1f} {np.nanmax(truth):.1f} px error 0' in words
+    assert f'error 0 {ERROR_LIMIT:g} px and more no disparity' in words
 
 
 def test_a_scene_of_which_nobody_has_a_result_is_shown_without_figures(tmp_path):

@@ -1,8 +1,10 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """What `fuzzy-stereo evaluate` measures of pairs whose disparities nobody knows."""
+import csv
 import json
 from pathlib import Path
+import sys
 
 from fuzzy_stereo_ros.commands.command_line import main
 from fuzzy_stereo_ros.pairs.image_files import write_image
@@ -51,6 +53,36 @@ def test_maps_agree_where_both_images_show_the_scene_and_not_where_they_show_two
     assert like['ours', 'warm']['confidence'] > 0.5
     assert like['opencv:sgbm', 'cold']['confidence'] is None        # it has none
     assert all(0 <= one['flicker [%]'] < 5 for one in like.values())        # the scene stays
+
+
+def test_a_folder_of_scenes_is_measured_scene_by_scene_and_in_the_mean(folder, capsys):
+    for number, pair in enumerate(make_sequence(60, 120, 24, 2, noise=3.0)):
+        _made('data')
+        for side in ('left', 'right'):      # of two sizes
+            write_image(_made(f'data/{number}') / f'{side}.png', getattr(pair, side)[number:])
+    words = ['evaluate', 'data', '--repeats', '1', '--matcher', 'ours', 'opencv:bm', '--csv',
+             'rows.csv', '--html', 'page.html']
+    assert main(words) == 0
+    told = capsys.readouterr().out
+    assert 'mean of 2 scenes' in told and 'Each scene' in told
+    rows = [*csv.DictReader((folder / 'rows.csv').read_text().splitlines())]
+    assert [(one['scene'], one['matcher']) for one in rows] == [
+        (scene, matcher) for scene in '01' for matcher in ('ours', 'opencv:bm')]
+    mean = np.mean([float(one['density [%]']) for one in rows if one['matcher'] == 'ours'])
+    assert f'{mean:.2f}' in told
+    assert (folder / 'page.html').read_text().count('disparity by ours') == 2 * 2
+    _made('empty')
+    assert main(['evaluate', 'empty']) == 2
+    assert 'there is no scene below empty' in capsys.readouterr().err
+
+
+def test_the_tables_need_no_jinja2_and_a_page_says_that_it_does(folder, capsys, monkeypatch):
+    monkeypatch.setitem(sys.modules, 'jinja2', None)
+    words = ['evaluate', 'left', 'right', '--frames', '1', '--repeats', '1']
+    assert main(words) == 0
+    assert 'Without ground truth' in capsys.readouterr().out
+    assert main([*words, '--html', 'page.html']) == 2
+    assert capsys.readouterr().err.startswith('fuzzy-stereo: jinja2 is not installed')
 
 
 def test_a_single_pair_has_no_flicker_and_the_page_has_its_pictures(folder, capsys):
