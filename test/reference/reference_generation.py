@@ -39,18 +39,25 @@ def inherited(parent, top, left, side):
 
 
 def tile_genes(parents, shape, disparities, last_parent, side, most, mutation=1):
-    """Return {(tile row, tile column): its labels, ascending}."""
-    genes = {}
+    """
+    Return {(tile row, tile column): its labels, ascending}, and the same of their origins.
+
+    parents: (origin, what `inherited` takes); the origin of a label is the last parent that has
+    it, 0 where none has
+    """
+    genes, origins = {}, {}
     for top in range(0, shape[0], side):
         for left in range(0, shape[1], side):
-            known = set().union(*(inherited(parent, top, left, side) for parent in parents))
+            known = {label: origin for origin, parent in parents
+                     for label in inherited(parent, top, left, side)}
             near = [label for label in known if last_parent <= label < disparities]
-            known |= set(range(min(near), disparities)) if near else set()
+            known = dict.fromkeys(range(min(near, default=disparities), disparities), 1) | known
             beside = {label + step for label in known
                       for step in range(-mutation, mutation + 1)}
-            genes[top // side, left // side] = sorted(
-                label for label in beside if 0 <= label < disparities)[:most]
-    return genes
+            tile = top // side, left // side
+            genes[tile] = sorted(label for label in beside if 0 <= label < disparities)[:most]
+            origins[tile] = [known.get(label, 0) for label in genes[tile]]
+    return genes, origins
 
 
 def selected(costs, genes, across, down, small, side):

@@ -59,10 +59,12 @@ class Generation:
         tiles = self._tiles = -(-rows // SIDE), -(-columns // SIDE)
         number = tiles[0] * tiles[1]
         self._last_parent = 2 * (half_disparities(possibility.disparities) - 1)
-        self.genes = zeros((number, MOST_GENES), np.uint16)
+        self.genes, self.origins = (zeros((number, MOST_GENES), kind)
+                                    for kind in (np.uint16, np.uint8))
         self.counts, self._places = zeros(number, np.int64), zeros(number + 1, np.int64)
         self._addresses = tuple(Tiles(
-            *tiles, mutation, *map(address_of, (self.genes, self.counts, self._places))))
+            *tiles, mutation, *map(address_of, (
+                self.genes, self.origins, self.counts, self._places))))
         self._no_prior = Prior(self.chosen.labels, zeros((rows, columns), np.uint8))
         sizes = selection.scratch_sizes(
             possibility.disparities, tiles[1], self.chosen.target.shape[1])
@@ -107,6 +109,21 @@ class Generation:
             features, self._found, self._scratch[part[0]], *part[1:]),
             chain.parts(self._possibility.rows))
         return self.chosen
+
+    def origin_of_genes(self):
+        """
+        Return where the selected genes are from: uint8 (R, C).
+
+        MUTATED, HALF_SIZE (of this pair) or PREVIOUS (the previous best), where both have them.
+        """
+        labels = self.chosen.labels
+        origin = np.empty(labels.shape, np.uint8)
+        for tile, count in enumerate(self.counts.tolist()):
+            cells = tuple(slice(place * SIDE, (place + 1) * SIDE)
+                          for place in divmod(tile, self._tiles[1]))
+            index = np.searchsorted(self.genes[tile, :count], labels[cells])
+            origin[cells] = self.origins[tile, index]
+        return origin
 
     def _have_memory(self):
         """Have memory for the genes listed: sums of all, and costs of a row or column of tiles."""

@@ -6,7 +6,8 @@ from types import SimpleNamespace
 from census_scene import random_map, seen, small_pair, twin_costs
 from fuzzy_stereo_ros.matching.bands import Chain, ThreadPool
 from fuzzy_stereo_ros.matching.kernels.possibility.costs import Prior, weight_of
-from fuzzy_stereo_ros.matching.kernels.scanlines.tile_genes import MOST_GENES, SIDE
+from fuzzy_stereo_ros.matching.kernels.scanlines.tile_genes import (
+    HALF_SIZE, MOST_GENES, PREVIOUS, SIDE)
 from fuzzy_stereo_ros.matching.kernels.temporal.change_detection import TILE
 from fuzzy_stereo_ros.matching.realtime.generation import Generation, GROW, parent_of
 from fuzzy_stereo_ros.matching.realtime.possibility import FULL_SIZE
@@ -33,8 +34,9 @@ class Selected:
         half, older = self._prior(1), self._prior(2)
         found = self._map(cells, 3, disparities // 2, gene_type(-(-disparities // 2)))
         nowhere = None, TILE, (0, 0)
-        parents = ([(half.labels, None, 1, 1, 0, *nowhere)] if few else [
-            (half.labels, None, 1, 1, 0, *nowhere), (found, None, 2, 2, GROW, *nowhere)])
+        parents = [(HALF_SIZE, one) for one in (
+            (half.labels, None, 1, 1, 0, *nowhere),
+            (found, None, 2, 2, GROW, *nowhere))[:1 if few else 2]]
         before = None
         if previous:
             kind, size, cell = {'full': (gene_type(disparities), shape, 1),
@@ -42,7 +44,7 @@ class Selected:
             choices = random_map([-(-side // TILE) for side in shape], 3, seed, np.int8) - 1
             before = (self._map(size, 4, disparities, kind), random_map(size, 3, seed + 9), cell,
                       1, 0, choices.astype(np.int8) if cell == 1 else None, TILE, shift)
-            parents.append(before)
+            parents.append((PREVIOUS, before))
         self.generation, pool = Generation(possibility, few, mutation), ThreadPool(threads)
         chain = Chain(pool)
         self.chosen = self.generation.select(
@@ -51,9 +53,9 @@ class Selected:
             older if previous else None)
         chain.run()
         pool.close()
-        self.genes = twins.tile_genes(parents, shape, disparities,
-                                      2 * (half_disparities(disparities) - 1), SIDE, MOST_GENES,
-                                      mutation)
+        self.genes, self.origins = twins.tile_genes(
+            parents, shape, disparities, 2 * (half_disparities(disparities) - 1), SIDE, MOST_GENES,
+            mutation)
         costs = twin_costs(left, right, disparities, min_disparity, FULL_SIZE)
         for prior in (half, *([older] if previous else [])):
             costs = costs + reference_census.prior_costs(*prior, disparities)
@@ -77,10 +79,16 @@ class Selected:
 
 def check(*arguments, **options):
     found = Selected(*arguments, **options)
+    origin = found.generation.origin_of_genes()
     for (row, column), labels in found.genes.items():
         tile = row * -(-found.shape[1] // SIDE) + column
         count = found.generation.counts[tile]
         assert found.generation.genes[tile, :count].tolist() == labels
+        assert found.generation.origins[tile, :count].tolist() == found.origins[row, column]
+        cells = np.s_[SIDE * row:SIDE * (row + 1), SIDE * column:SIDE * (column + 1)]
+        known = dict(zip(labels, found.origins[row, column]))
+        np.testing.assert_array_equal(origin[cells], np.vectorize(known.get)(
+            found.expected[0][cells]))
     for name, values in zip(('labels', 'offsets', 'sums', 'margins'), found.expected):
         np.testing.assert_array_equal(getattr(found.chosen, name), values, name)
     np.testing.assert_array_equal(found.chosen.target, reference_census.chosen_by_target(

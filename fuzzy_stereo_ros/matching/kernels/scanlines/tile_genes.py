@@ -19,6 +19,7 @@ import numpy as np
 SIDE = LANES         # pixels of a tile
 STEP = 2             # every so many cells of a row or column of a parent are looked at
 MOST_GENES = 254     # of a tile; the largest disparities are dropped
+MUTATED, HALF_SIZE, PREVIOUS = range(3)     # where a gene is from; the last one counts
 
 
 class Parent(NamedTuple):
@@ -45,19 +46,20 @@ class Tiles(NamedTuple):
     columns: int
     mutation: int            # by how much genes are changed, too: 0 or 1
     genes: int               # uint16 (tiles, MOST_GENES), labels, ascending
+    origins: int             # uint8 (tiles, MOST_GENES), MUTATED, HALF_SIZE or PREVIOUS
     counts: int              # int64 (tiles,)
     places: int              # int64 (tiles + 1,), how many genes the tiles before have
 
 
 @called
-def _inherit(parent, top, left, side, seen, nowhere):
+def _inherit(parent, origin, top, left, side, seen, nowhere):
     """
-    Mark the labels of a parent in a square at seen + label.
+    Mark the labels of a parent in a square at seen + label by their origin.
 
     parent: the fields of a Parent; top, left, side: of the square, in the parent's picture;
     nowhere: the place of labels that are not inherited
     """
-    parent = Parent(*parent)
+    mark, parent = np.uint8(origin), Parent(*parent)
     cell, grow = parent.cell, parent.grow
     begin, end = max((left - grow) // cell, 0), min((left + side + grow) // cell, parent.columns)
     for row in range(max((top - grow) // cell, 0), min((top + side + grow) // cell, parent.rows),
@@ -69,45 +71,50 @@ def _inherit(parent, top, left, side, seen, nowhere):
                          if parent.label_bytes == 1
                          else np.int64(load_short(parent.labels, at + column)))
                 valid = load_byte(parent.validity, at + column) != INVALID
-                store_byte(seen, parent.scale * label if valid else nowhere, np.uint8(1))
+                store_byte(seen, parent.scale * label if valid else nowhere, mark)
         elif parent.label_bytes == 1:
             for column in range(begin, end, STEP):
                 store_byte(seen, parent.scale * np.int64(load_byte(parent.labels, at + column)),
-                           np.uint8(1))
+                           mark)
         else:
             for column in range(begin, end, STEP):
                 store_byte(seen, parent.scale * np.int64(load_short(parent.labels, at + column)),
-                           np.uint8(1))
+                           mark)
 
 
 @inlined
-def _inherit_parts(parent, top, left, seen, nowhere):
+def _inherit_parts(parent, origin, top, left, seen, nowhere):
     """Mark the labels of a parent in a tile, as far as its parts are not new, see `_inherit`."""
     known = Parent(*parent)
     if known.choices == 0:
-        _inherit(parent, top, left, SIDE, seen, nowhere)
+        _inherit(parent, origin, top, left, SIDE, seen, nowhere)
         return
     part, across = known.part, -(-known.columns // known.part)
     for row in range(top, min(top + SIDE, known.rows), part):
         for column in range(left, min(left + SIDE, known.columns), part):
             choice = np.int64(load_byte(known.choices, row // part * across + column // part))
             if choice <= 1:
-                _inherit(parent, row - choice * known.down, column - choice * known.right, part,
-                         seen, nowhere)
+                _inherit(parent, origin, row - choice * known.down,
+                         column - choice * known.right, part, seen, nowhere)
 
 
 @inlined
-def _mutate(seen, disparities, by, genes):
-    """Write the labels that are seen, and those `by` beside them, ascending; return how many."""
-    count, found = 0, splat(np.uint8(1))
+def _mutate(seen, disparities, by, genes, origins):
+    """
+    Write the labels that are seen, and those `by` beside them, ascending, and where they are from.
+
+    Returns how many there are.
+    """
+    count, unseen = 0, splat(np.uint8(0))
     for first in range(0, disparities, LANES):
-        bits = equal_bits(found, bit_or(load(seen, first), bit_or(
+        bits = ~equal_bits(unseen, bit_or(load(seen, first), bit_or(
             load(seen, first - by), load(seen, first + by))))
         while bits != 0:
             label = first + first_set(bits)
             bits &= bits - np.uint32(1)
             if label < disparities and count < MOST_GENES:
                 store_short(genes, count, label)
+                store_byte(origins, count, load_byte(seen, label))
                 count += 1
     return count
 
@@ -123,8 +130,8 @@ def list_genes(smooth, found, previous, tiles, seen, disparities, last_parent, f
     """
     List the genes of the tiles of the rows of tiles first .. last - 1.
 
-    smooth, found, previous: the fields of Parents; tiles: those of Tiles, of which genes and
-    counts are written; seen: address of seen_size bytes; last_parent: the last label that a
+    smooth, found, previous: the fields of Parents; tiles: those of Tiles, of which genes, origins
+    and counts are written; seen: address of seen_size bytes; last_parent: the last label that a
     half-size map can have, which stands for nearer ones: all of these are genes
     """
     tiles, size = Tiles(*tiles), seen_size(disparities)
@@ -133,12 +140,14 @@ def list_genes(smooth, found, previous, tiles, seen, disparities, last_parent, f
         for place in range(0, size, LANES):
             store(memory, place, splat(np.uint8(0)))
         top, left = tile // tiles.columns * SIDE, tile % tiles.columns * SIDE
-        for parent in (smooth, found, previous):
-            _inherit_parts(parent, top, left, seen, nowhere)
+        for parent in (smooth, found):
+            _inherit_parts(parent, HALF_SIZE, top, left, seen, nowhere)
+        _inherit_parts(previous, PREVIOUS, top, left, seen, nowhere)
         beyond = False
         for label in range(last_parent, disparities):
             beyond |= load_byte(seen, label) != 0
             if beyond:
-                store_byte(seen, label, np.uint8(1))
+                store_byte(seen, label, np.uint8(max(load_byte(seen, label), HALF_SIZE)))
         store_long(tiles.counts, tile, _mutate(
-            seen, disparities, tiles.mutation, tiles.genes + 2 * MOST_GENES * tile))
+            seen, disparities, tiles.mutation, tiles.genes + 2 * MOST_GENES * tile,
+            tiles.origins + MOST_GENES * tile))
