@@ -27,8 +27,9 @@ DESCRIPTION = (
     'chromosome and its possibility, the parents of its genes, the mutated cells, and the best,\n'
     'mean and worst fitness. The result is the one of the command match.\n\n'
     'The images of two folders are the frames of a sequence, in the order of their names: it\n'
-    'shows the map, what of it is new, the possibility (in realtime where planes were proposed),\n'
-    'fitness, gains and, with a truth, the error, frame by frame; as a video the map grows.')
+    'shows the map, what of it is new, the possibility (in realtime and fast from which parent\n'
+    'each gene of a tile is), fitness, gains and, with a truth, the error, frame by frame; as a\n'
+    'video the map grows.')
 EXAMPLE = (
     'examples:\n'
     '  fuzzy-stereo evolve left.png right.png --disparities 60 --profile paper \\\n'
@@ -102,9 +103,6 @@ def run(arguments, stream, progress_stream=None):
 
 def _run_frames(arguments, config, outputs, stream, progress_stream):
     """Match the frames of two folders and print how they evolve."""
-    if config.algorithm == 'realtime' and not config.planes:
-        raise ValueError('without planes, as in fast, nothing is shown from frame to frame; give '
-                         'another profile, or two images')
     source = Frames([arguments.left, arguments.right])
     pairs = [(left, right) for _, left, right in source.pairs()]
     truth, mask = _truth_and_mask(arguments, pairs[0][0].read().shape[:2])
@@ -132,9 +130,12 @@ def _run_frames(arguments, config, outputs, stream, progress_stream):
             **{name: str(path) for name, path in outputs.items()}, 'profile': arguments.profile,
             'frames': [frame.figures for frame in frames]}), indent=2), file=stream)
         return
-    lines = [f"{'frame':>5} {'warm':>5} {'evolved [%]':>11}  gains"]
+    lines = [f"{'frame':>5} {'warm':>5} {'evolved [%]':>11}  gains, and parents of genes"]
     for frame in frames:
-        gained = ', '.join(f'{name} {gain:.3g}' for name, gain in frame.gains.items() if gain)
+        gained = ', '.join([
+            *(f'{name} {gain:.3g}' for name, gain in frame.gains.items() if gain),
+            *(f'{name} {100 * share:.1f} %' for name, share in
+              (frame.figures['origins'] or {}).items())])
         wrong = '' if frame.wrong is None else f'; off by more than 1 px: {frame.wrong:.2f} %'
         lines.append(f"{frame.number:5} {'yes' if frame.warm else 'no':>5} "
                      f"{100 * frame.figures['evolved']:11.1f}  {gained or 'nothing'}{wrong}")

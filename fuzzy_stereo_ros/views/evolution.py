@@ -9,7 +9,7 @@ Figures 4 and 5 of the paper, with more generations). The animation has one such
 """
 from fuzzy_stereo_ros.evaluation.scores import ERROR_LIMIT, error_map
 from fuzzy_stereo_ros.views.evolution_record import (
-    FIRST, MUTATED, mutates, SECOND, shown_frames)
+    FIRST, MUTATED, mutates, ORIGINS, SECOND, shown_frames)
 from fuzzy_stereo_ros.views.pictures import as_rgb, show_map
 from fuzzy_stereo_ros.views.video import VideoFile
 import numpy as np
@@ -19,6 +19,7 @@ ORIGIN_WORDS = {
     'paper': {FIRST: 'first parent', SECOND: 'second parent', MUTATED: 'mutation'},
     'realtime': {FIRST: 'kept', MUTATED: 'planes of plain regions'},
     'quality': {FIRST: 'kept', MUTATED: 'planes of segments and tiles'}}
+PARENT_COLOURS = '#d62768', '#f2a93b', '#3b6fb6'    # of ORIGINS
 CURVE_COLOURS = {'best': '#1a7f37', 'mean': '#555555', 'worst': '#b35900', 'wrong': '#b3261e'}
 NOTHING, UNCOUNTED = '#ffffff', '#8a8a8a'   # no parents yet; no ground truth
 TRUTH_TITLE = 'ground truth; hatched is unknown'
@@ -274,7 +275,12 @@ def _colours(name, config):
 
 
 def frames_figure(frames, config):
-    """Return the Figure of a sequence: disparity, evolved cells, a map beside them, and curves."""
+    """
+    Return the Figure of a sequence: disparity, evolved cells, and curves.
+
+    Beside them are, in realtime and fast, the parents of genes, else the possibility of the best.
+    """
+    from matplotlib.colors import ListedColormap
     from matplotlib.figure import Figure
 
     shown = shown_frames(frames)
@@ -288,14 +294,20 @@ def frames_figure(frames, config):
         show_map(row[0], frame.disparity, '', 'px', vmin=low, cmap='turbo',
                  vmax=low + max(config.disparities - 1, 1))
         show_map(row[1], np.float32(frame.evolved), '', bar=False, vmin=0, vmax=1)
-        show_map(row[2], frame.beside, '', vmin=0, vmax=top)
-        for place, words in zip(row, (f'frame {frame.number}: disparity', 'new genes of the best',
-                                      'possibility of the best')):
+        if frame.origin is None:
+            show_map(row[2], frame.beside, '', vmin=0, vmax=top)
+        else:
+            show_map(row[2], frame.origin, '', bar=False, cmap=ListedColormap(PARENT_COLOURS),
+                     vmin=0, vmax=len(ORIGINS) - 1, interpolation='nearest')
+        for place, words in zip(row, (
+                f'frame {frame.number}: disparity', 'new genes of the best',
+                'possibility of the best' if frame.origin is None else 'parents of genes')):
             place.set_title(words, size='small')
     curves = _curves_of(frames)
     for place, (title, lines) in zip(panels[-1], curves):
         for name, values in lines.items():
             place.plot([frame.number for frame in frames], values, label=name,
+                       color=dict(zip(ORIGINS, PARENT_COLOURS)).get(name),
                        marker='o' if len(frames) < FEW else None, markersize=4)
         place.set_title(title, size='small')
         place.set_xlabel('frame', size='small')
@@ -312,7 +324,10 @@ def _curves_of(frames):
     """Return (title, {name: values of all frames}) of each curve below a sequence."""
     found = [('fitness of the best', {'best': [frame.fitness for frame in frames]}),
              ('new genes of the best [%]', {
-                 'evolved': [100 * frame.figures['evolved'] for frame in frames]})]
+                 'evolved': [100 * frame.figures['evolved'] for frame in frames]})
+             if frames[0].origin is None else ('parents of genes [%]', {
+                 name: [100 * frame.figures['origins'][name] for frame in frames]
+                 for name in ORIGINS})]
     if frames[0].wrong is not None:
         found.append(('off by more than 1 px [%]', {'wrong': [frame.wrong for frame in frames]}))
     return found

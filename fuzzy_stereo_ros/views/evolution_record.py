@@ -14,6 +14,8 @@ from fuzzy_stereo_ros.matching import StereoMatcher
 import numpy as np
 
 FIRST, SECOND, MUTATED = range(3)       # the origin of a gene, see Snapshot
+# the same in a frame of `realtime`, as Generation.origin_of_genes numbers them
+ORIGINS = 'mutated by one', 'half-size map', 'previous best'
 SHOWN = 5           # most generations of an evolution in a figure
 FRAMES_SHOWN = 4    # most frames of a sequence in a figure
 LANDMARKS = '1', '2', '5'       # generations 1, 2, 5, 10, 20, ... may be shown
@@ -165,8 +167,10 @@ class Frame:
 
     number: from 1. image: the reference image. disparity: float32 (R, C), px. evolved: bool
     (R, C), where the best chromosome is another than that of the frame before. beside: float32
-    (R, C), the possibility of the best chromosome. fitness: of it. gains: fitness by operator.
-    warm: see Match. wrong: percentage off by more than 1 px, None without truth.
+    (R, C), the possibility of the best chromosome. origin: uint8 (R, C), an index of ORIGINS, of
+    the genes that `realtime` and `fast` have selected, else None. fitness: of the best. gains:
+    fitness by operator. warm: see Match. wrong: percentage off by more than 1 px, None without
+    truth.
     """
 
     number: int
@@ -174,6 +178,7 @@ class Frame:
     disparity: np.ndarray
     evolved: np.ndarray
     beside: np.ndarray
+    origin: np.ndarray | None
     fitness: float
     gains: dict
     warm: bool
@@ -183,7 +188,9 @@ class Frame:
     def figures(self):
         """The figures of the frame for JSON."""
         return {'frame': self.number, 'warm': self.warm, 'fitness': self.fitness,
-                'gains': self.gains, 'bad_1': self.wrong, 'evolved': float(self.evolved.mean())}
+                'gains': self.gains, 'bad_1': self.wrong, 'evolved': float(self.evolved.mean()),
+                'origins': None if self.origin is None else dict(zip(ORIGINS, (np.bincount(
+                    self.origin.ravel(), minlength=len(ORIGINS)) / self.origin.size).tolist()))}
 
 
 def watched_frames(config, pairs, truth=None, mask=None):
@@ -199,7 +206,8 @@ def watched_frames(config, pairs, truth=None, mask=None):
         best = algorithm.population.genes[algorithm.population.best].copy()
         same = before is not None and before.shape == best.shape
         maps = (best != before if same else np.ones(best.shape, bool),
-                algorithm.possibility_of(best))
+                algorithm.possibility_of(best),
+                algorithm.origin_of_genes() if config.algorithm == 'realtime' else None)
         before = best
         wrong = None if truth is None else score(match.disparity, truth, mask).bad_dense[1.0]
         yield Frame(number, left if config.reference == 'left' else right, match.disparity, *maps,

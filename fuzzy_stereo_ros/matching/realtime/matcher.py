@@ -226,6 +226,10 @@ class RealtimeMatcher:
         """Return the possibility of a chromosome's matches: float32 (R, C), 0 to 1."""
         return self._fitness.possibility_of(self.pool, chromosome)
 
+    def origin_of_genes(self):
+        """Return which parent the genes selected in the last pair are from: uint8 (R, C)."""
+        return self._generation.origin_of_genes()
+
     def fitness_of(self, chromosome):
         """Return the fitness of a chromosome on the last pair, measured on every row."""
         return self._fitness.measure(self.pool, chromosome, every=1)[0]
