@@ -24,6 +24,7 @@ import numpy as np
 import pandas as pd
 
 OURS, ON_GREY, FAST, QUALITY = 'ours', 'ours, grey', 'ours, profile fast', 'ours, profile quality'
+REALTIME = 'ours, profile realtime'
 BEST = 'best tuned OpenCV'
 BASELINES = {one.name: one for one in (*TUNED, STRICTEST)}
 FINE_LIMIT = 0.5
@@ -109,7 +110,17 @@ def tables(figures):
     of_ours = counted(figures[(figures.matcher == OURS) & (figures.noise == NOISES[1])])
     return [
         Table.of('Groups: mean error in percent', of_groups.drop(columns=[*BASELINES])),
-        confidence_table(of_ours), table_with_truth(of_ours, NOISES[1])]
+        density_table(figures), confidence_table(of_ours), table_with_truth(of_ours, NOISES[1])]
+
+
+def density_table(figures):
+    """Return the table of errors and of valid pixels of all matchers on the first group."""
+    first = figures.group.iloc[0]
+    shown = figures.matcher.isin((OURS, FAST, QUALITY, *BASELINES))
+    found = figures[shown & (figures.group == first) & (figures.noise == NOISES[0])].groupby(
+        'matcher', sort=False)[['error', 'sparse', 'density']].mean().rename({OURS: REALTIME})
+    return Table.of(f'Valid pixels: percent, {first} without noise', found.set_axis(
+        ['error, filled', 'error of the valid', 'valid'], axis='columns'))
 
 
 def confidence_table(of_ours):

@@ -129,7 +129,9 @@ def report_of(name, title, settings, tables, skipped, pictures=None, threads='on
 
 def measured(threads):
     """Return {what: words} of a measurement: machine, versions, commit, threads and load."""
-    return {'commit': commit_of(Path(fuzzy_stereo_ros.__file__).parent), **environment(threads)}
+    found = environment(threads)
+    found['machine'] += f"; {found.pop('load')}"
+    return {'commit': commit_of(Path(fuzzy_stereo_ros.__file__).parent), **found}
 
 
 def commit_of(folder):
