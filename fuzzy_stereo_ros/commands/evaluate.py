@@ -142,7 +142,8 @@ def run(arguments, stream, progress_stream=None):
                 'without filling; on scenes cold; of OpenCV compute() alone, on grey images, '
                 'tuned ones with the padded columns that give it the left border'}, skipped)
     records = [record for one in (*results, *sequences) for record in one.records] + means
-    _write(arguments, outputs, stream, report, records, COLUMNS, results, gallery)
+    _write(arguments, outputs, stream, report, records, COLUMNS,
+           [gallery.shown[name] for name in gallery.ranked()], gallery.order())
 
 
 def _write(arguments, outputs, stream, report, records, columns, *page):
@@ -221,7 +222,7 @@ def _run_without_truth(arguments, matchers, outputs, stream, recordings):
     columns = ('scene', 'matcher', *HEADINGS[1:])[len(measured) == 1:]
     records = [dict(zip(columns, (name, *row)[len(measured) == 1:]))
                for name, own in measured.items() for row in own.rows]
-    _write(arguments, outputs, stream, report, records, columns, (), None,
+    _write(arguments, outputs, stream, report, records, columns,
            [pair for own in measured.values() for pair in own.pairs])
 
 

@@ -89,6 +89,26 @@ def measure(subject, matchers, disparities=None, repeats=1, show=None):
     return result
 
 
+def matched(frames, matcher, start, task):
+    """
+    Yield (frame, its `Maps`, those of the frame before or None) of a run of a matcher.
+
+    frames: yields (name, pair of images); the maps are None where the matcher has no result.
+    Raises NoSequence if the frames differ in size, ValueError if one cannot be matched.
+    """
+    match, before = matcher.begin(task, start), None
+    for name, pair in frames:
+        if pair.left.shape[:2] != task.size:
+            raise NoSequence(f'{name} is {width_by_height(pair.left)}, the first frame '
+                             f'{task.size[1]}x{task.size[0]}; frames of a sequence have one size')
+        try:
+            maps = match(name, pair)
+        except ValueError as error:
+            raise ValueError(f'{name}, {matcher.name}: {error}') from None
+        yield pair, maps, before
+        before = maps
+
+
 def _match_frames(frames, matcher, start, task):
     """
     Return the records of a matcher, one for each mask and map, and its last `Maps`.
@@ -96,18 +116,8 @@ def _match_frames(frames, matcher, start, task):
     frames: yields (name, `GroundTruthPair`). Returns no records and None if the matcher lacks a
     result. Raises ValueError for a frame that cannot be matched.
     """
-    match = matcher.begin(task, start)
     figures, times, covered, flickers, last, hint = {}, [], [], [], None, None
-    for name, pair in frames:
-        if pair.left.shape[:2] != task.size:
-            sequence, number = name.rsplit('/', 1)
-            raise NoSequence(f'the frames of {sequence} differ in size and are no sequence: '
-                             f'{number} is {width_by_height(pair.left)}, the first one '
-                             f'{task.size[1]}x{task.size[0]}')
-        try:
-            maps = match(name, pair)
-        except ValueError as error:
-            raise ValueError(f'{name}, {matcher.name}: {error}') from None
+    for pair, maps, before in matched(frames, matcher, start, task):
         if maps is None:
             return [], None
         for mask, where in pair.masks.items():
@@ -116,8 +126,8 @@ def _match_frames(frames, matcher, start, task):
                     figures_of(score(disparity, pair.truth, where)))
         times.append(maps.milliseconds)
         covered.append(100 * float(np.isfinite(maps.raw).mean()))
-        if last is not None:
-            flickers.append([flicker(*two) for two in zip(last[:2], maps[:2])])
+        if before is not None:
+            flickers.append([flicker(*two) for two in zip(before[:2], maps[:2])])
         hint = hint or maps.finding and maps.finding.sentence
         last = maps
     milliseconds = None if None in times else float(np.mean(times))

@@ -25,15 +25,6 @@ STOPS = 17              # colours of a bar, between which a browser interpolates
 LOSSLESS = 101          # quality of WebP
 
 
-class Pictures(NamedTuple):
-    """The pictures of a scene as data URIs; of_matchers: {name: (disparity, error)}; ends: px."""
-
-    left: str
-    truth: str
-    of_matchers: dict
-    ends: tuple
-
-
 class View(NamedTuple):
     """What a page shows of a matcher: a title, lines of words, and pictures [(what, data URI)]."""
 
@@ -57,20 +48,21 @@ class ShownPair(NamedTuple):
 
 class Gallery:
     """
-    The pictures of scenes; of more than MOST_SCENES those of the best and the worst.
+    The `ShownPair`s of scenes; of more than MOST_SCENES those of the best and the worst.
 
-    shown: {name of a scene: `Pictures`}. ranked_by: name of the matcher that ranks the scenes.
+    shown: {name of a scene: `ShownPair`}. ranked_by: name of the matcher that ranks the scenes.
     """
 
     def __init__(self, ranked_by):
         """Begin without scenes."""
-        self.ranked_by, self.shown, self._errors = ranked_by, {}, {}
+        self.ranked_by, self.shown, self._errors, self._limits = ranked_by, {}, {}, {}
 
     def show(self, pair, result, maps):
         """Draw a `GroundTruthPair` and {matcher's name: map}; drop a scene beyond the limit."""
-        name, error = result.subject.path, result.main_error(self.ranked_by)
-        self._errors[name] = math.inf if error is None or math.isnan(error) else error
-        self.shown[name] = pictures_of(pair, maps)
+        subject, error = result.subject, result.main_error(self.ranked_by)
+        self._errors[subject.path] = math.inf if error is None or math.isnan(error) else error
+        self._limits[subject.family] = subject.limit
+        self.shown[subject.path] = _shown(pair, result, maps)
         if len(self.shown) > MOST_SCENES:
             ranked = self.ranked()
             dropped = -1 if self._errors[ranked[-1]] == math.inf else len(ranked) // 2
@@ -80,25 +72,21 @@ class Gallery:
         """Return the names of the scenes, from the least error to the largest, then others."""
         return sorted(self.shown, key=self._errors.get)
 
+    def order(self):
+        """Return a sentence on the order of `ranked`, '' without scenes."""
+        if not self.shown:
+            return ''
+        limits = ', '.join(f'bad-{limit:g} of {family}' for family, limit in self._limits.items())
+        order = f'From the least dense error of {self.ranked_by} to the largest: {limits}.'
+        left_out = len(self._errors) - len(self.shown)
+        return order + f' {left_out} in between have no pictures.' * bool(left_out)
 
-def page_of(report, results=(), gallery=None, own=()):
-    """
-    Return the HTML page of a `Report`, the `Result`s of its scenes and their `Gallery`.
 
-    own: `ShownPair`s without ground truth.
-    """
+def page_of(report, pairs, order=''):
+    """Return the HTML page of a `Report` and `ShownPair`s, with a sentence on their order."""
     from jinja2 import Environment
 
-    named = {result.subject.path: result for result in results}
-    ranked = [named[name] for name in gallery.ranked()] if gallery else []
     html = Environment(autoescape=True, trim_blocks=True, lstrip_blocks=True)
-    limits = {one.subject.family: one.subject.limit for one in ranked}
-    order = '' if not ranked else (
-        f'From the least dense error of {gallery.ranked_by} to the largest: '
-        + ', '.join(f'bad-{limit:g} of {family}' for family, limit in limits.items()) + '.')
-    if len(results) > len(ranked):
-        order += f' {len(results) - len(ranked)} in between have no pictures.'
-    pairs = [*own, *(_shown(each, gallery.shown[each.subject.path]) for each in ranked)]
     return html.from_string(TEMPLATE.read_text(encoding='utf-8')).render(
         report=report, pairs=pairs, order=order,
         colours={name: ', '.join(f'rgb{tuple(colour[::-1])}' for colour in cv2.applyColorMap(
@@ -107,43 +95,44 @@ def page_of(report, results=(), gallery=None, own=()):
         hatch=HATCH, stripe=STRIPE, no_disparity=NO_DISPARITY[::-1], unknown=UNKNOWN_GREY) + '\n'
 
 
-def _shown(result, pictures):
-    """Return the `ShownPair` of the `Result` of a scene and its `Pictures`."""
+def _shown(pair, result, maps):
+    """Return the `ShownPair` of a `GroundTruthPair`, its `Result` and {matcher's name: map}."""
     facts = (f'{result.subject.layout}, {result.size[1]}x{result.size[0]}, {result.disparities} '
              'disparities')
     if result.records:
         facts += f", figures: {result.records[0]['mask']}"
-    limit = f'{result.subject.limit:g}'
+    limit, valid = f'{result.subject.limit:g}', np.isfinite(pair.truth)
+    ends = (float(pair.truth[valid].min()), float(pair.truth[valid].max())
+            ) if valid.any() else (0.0, 1.0)
     views = [View('left image and truth', [], [
-        ('left image', pictures.left), ('truth', pictures.truth)])]
-    for name, (disparity, error) in pictures.of_matchers.items():
+        left_picture(pair), ('truth', data_uri(
+            colour_disparity(_thickened(pair.truth, valid), *ends)))])]
+    for name, disparity in maps.items():
         sparse, dense = result.record(name, RAW), result.record(name, FILLED)
         time = sparse['milliseconds']
         views.append(View(name, [
             f"bad-{limit}: {dense['bad_dense_' + limit]:.2f} % dense, "
             f"{sparse['bad_sparse_' + limit]:.2f} % sparse",
             f"density {sparse['density']:.1f} %" + ('' if time is None else f', {time:.1f} ms')],
-            [(f'disparity by {name}', disparity), (f'error of {name}', error)]))
+            [disparity_picture(name, disparity, ends),
+             (f'error of {name}', data_uri(colour_error(disparity, pair.truth)))]))
     return ShownPair(result.subject.path, facts, views, [
-        disparity_bar(*pictures.ends), ('error', 'magma', '0', f'{ERROR_LIMIT:g} px and more')])
+        disparity_bar(*ends), ('error', 'magma', '0', f'{ERROR_LIMIT:g} px and more')])
+
+
+def left_picture(pair):
+    """Return the picture of a pair's left image for a `View`."""
+    return 'left image', data_uri(in_eight_bits(pair.left), cv2.INTER_AREA)
+
+
+def disparity_picture(matcher, disparity, ends):
+    """Return the picture of a matcher's map for a `View`; ends: px, of the colours."""
+    return f'disparity by {matcher}', data_uri(colour_disparity(disparity, *ends))
 
 
 def disparity_bar(low, high):
     """Return the bar of disparities, px, of a `ShownPair`."""
     return 'disparity', 'turbo', f'{low:.1f}', f'{high:.1f} px'
-
-
-def pictures_of(pair, maps):
-    """Return the `Pictures` of a `GroundTruthPair` and {matcher's name: float32 (R, C), px}."""
-    valid = np.isfinite(pair.truth)
-    low, high = (float(pair.truth[valid].min()), float(pair.truth[valid].max())
-                 ) if valid.any() else (0.0, 1.0)
-    return Pictures(
-        data_uri(in_eight_bits(pair.left), cv2.INTER_AREA),
-        data_uri(colour_disparity(_thickened(pair.truth, valid), low, high)),
-        {name: (data_uri(colour_disparity(disparity, low, high)),
-                data_uri(colour_error(disparity, pair.truth)))
-         for name, disparity in maps.items()}, (low, high))
 
 
 def data_uri(image, interpolation=cv2.INTER_NEAREST):

@@ -4,11 +4,13 @@
 import base64
 from html.parser import HTMLParser
 import json
+from types import SimpleNamespace
 
 import cv2
 from fuzzy_stereo_ros.commands.command_line import main
 from fuzzy_stereo_ros.evaluation import page
 from fuzzy_stereo_ros.evaluation.ground_truth import GroundTruthPair
+from fuzzy_stereo_ros.evaluation.measuring import FILLED, Result
 from fuzzy_stereo_ros.evaluation.page import (
     colour_error, data_uri, Gallery, NO_DISPARITY, UNKNOWN_GREY, WIDTH)
 from fuzzy_stereo_ros.evaluation.scores import ERROR_LIMIT
@@ -166,16 +168,11 @@ def test_a_scene_of_which_nobody_has_a_result_is_shown_without_figures(tmp_path)
         'left image', 'truth']
 
 
-class Ranked:
-    """What a gallery asks of a result."""
-
-    def __init__(self, name, error):
-        self.subject, self._error = self, error
-        self.path = name
-
-    def main_error(self, name):
-        """Return the error that the test wants."""
-        return self._error
+def result_of(name, error):
+    """Return a Result without pictures to be drawn of matchers; error: percent, None = unknown."""
+    subject = SimpleNamespace(path=name, family='family', limit=1.0, layout='')
+    return Result(subject, (4, 5), 8, '', [] if error is None else [
+        {'matcher': 'ours', 'map': FILLED, 'mask': 'all', 'bad_dense_1': error}])
 
 
 def test_a_gallery_that_is_full_lets_go_of_what_cannot_be_ranked_and_then_of_the_middle(
@@ -185,10 +182,12 @@ def test_a_gallery_that_is_full_lets_go_of_what_cannot_be_ranked_and_then_of_the
     gallery = Gallery('ours')
     for name, error in (('a', 3.0), ('b', None), ('c', 1.0), ('d', 9.0), ('e', 5.0), ('f', 4.0),
                         ('g', 0.5)):
-        gallery.show(known, Ranked(name, error), {})
+        gallery.show(known, result_of(name, error), {})
     assert {'g', 'd'} < set(gallery.shown)
     assert len(gallery.shown) == 4 and 'b' not in gallery.shown
     assert (gallery.ranked()[0], gallery.ranked()[-1]) == ('g', 'd')
+    assert gallery.order() == ('From the least dense error of ours to the largest: bad-1 of family. '
+                               '3 in between have no pictures.')
 
 
 # Pictures.
