@@ -10,7 +10,7 @@ import cv2
 from fuzzy_stereo_ros.node.run_node import spin_until_signal
 from fuzzy_stereo_ros.pairs.camera_files import centred_calibration, rectified_cameras
 from fuzzy_stereo_ros.pairs.messages import encoding_of, fill_pixels, set_stamp
-from fuzzy_stereo_ros.pairs.pair_reader import SIDES
+from fuzzy_stereo_ros.pairs.stereo_pair import SIDES
 from fuzzy_stereo_ros.parameters.options import add_options, option_values
 from fuzzy_stereo_ros.program import Parser, run_cleanly
 from fuzzy_stereo_ros.synthetic.scenes import scene_calibration, scene_pairs, SCENE_PARAMETERS

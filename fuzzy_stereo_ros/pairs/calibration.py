@@ -5,11 +5,10 @@ Read the calibration of a pair from two CameraInfo, and compute depth and points
 
 The messages are of ROS 1 or ROS 2, live or from a bag.
 """
-from dataclasses import dataclass
 import math
 
 import cv2
-from fuzzy_stereo_ros.pairs.stereo_pair import BadPair, Calibration, Projection
+from fuzzy_stereo_ros.pairs.stereo_pair import BadPair, Calibration, Projection, SIDES
 import numpy as np
 
 VERTICAL_SHARE = 0.01   # share of Tx; a larger Ty means that the cameras are mounted vertically
@@ -25,22 +24,6 @@ ROUNDING = 1e-6         # of these, of those in px as a share of fx
 MIDDLE = 0.25           # share of an image's side; principal points lie this near to the middle
 
 
-@dataclass(frozen=True)
-class _Camera:
-    """P of one camera, after region of interest and binning, px."""
-
-    fx: float
-    fy: float
-    cx: float
-    cy: float
-    tx: float
-    ty: float
-    binning: tuple
-    first_row: int
-    odd: tuple
-    size: tuple | None
-
-
 def read_calibration(left_info, right_info):
     """
     Return the Calibration of a pair.
@@ -52,15 +35,17 @@ def read_calibration(left_info, right_info):
     Raises BadPair for a P without focal length, and for cameras that are swapped, mounted one
     above the other, or show different rows.
     """
-    left, right = _camera('left', left_info), _camera('right', right_info)
-    if left.binning != right.binning:
-        times = ['{}x{}'.format(*camera.binning) for camera in (left, right)]
+    infos = left_info, right_info
+    (left, tx_left, ty_left), (right, tx_right, ty_right) = map(_projection, SIDES, infos)
+    times = ['{}x{}'.format(*times_binned(info)) for info in infos]
+    if times[0] != times[1]:
         raise BadPair('calibration', f"the cameras bin {' and '.join(times)} pixels; a pair "
                       'needs equal binning')
-    if left.first_row != right.first_row:
-        raise BadPair('calibration', f'the regions of interest begin in rows {left.first_row} '
-                      f'and {right.first_row}; a pair needs the same rows of both cameras')
-    across, down = left.tx - right.tx, left.ty - right.ty
+    rows = [int(info.roi.y_offset) for info in infos]
+    if rows[0] != rows[1]:
+        raise BadPair('calibration', f'the regions of interest begin in rows {rows[0]} '
+                      f'and {rows[1]}; a pair needs the same rows of both cameras')
+    across, down = tx_left - tx_right, ty_left - ty_right
     if abs(down) > VERTICAL_SHARE * abs(across):
         raise BadPair('calibration', f'Ty of the pair is {-down:g}: the cameras are mounted one '
                       'above the other; only side by side can be matched, turn the images')
@@ -70,9 +55,8 @@ def read_calibration(left_info, right_info):
                       'swapped, or Tx is in the wrong camera_info; swap the topics, or '
                       'write P[3] = -fx * baseline into the right one')
     calibration = Calibration(
-        focal=right.fx, baseline=baseline, offset=left.cx - right.cx,
-        left=Projection(left.fx, left.fy, left.cx, left.cy),
-        remarks=tuple(_remarks(left, right, baseline)))
+        focal=right.fx, baseline=baseline, offset=left.cx - right.cx, left=left,
+        remarks=tuple(_remarks(infos, (left, right), baseline)))
     check_range(calibration)
     return calibration
 
@@ -119,44 +103,40 @@ def times_binned(info):
     return max(int(info.binning_x), 1), max(int(info.binning_y), 1)
 
 
-def _camera(side, info):
-    projection = numbers_of(info, 'p')
-    if len(projection) != 12 or not all(math.isfinite(value) for value in projection):
+def _projection(side, info):
+    """Return the Projection, Tx and Ty of a camera, after region of interest and binning."""
+    p = numbers_of(info, 'p')
+    if len(p) != 12 or not all(math.isfinite(value) for value in p):
         raise BadPair('calibration', f'{side} camera_info: P is not twelve finite numbers; '
                       'calibrate the camera')
-    if min(projection[0], projection[5]) < LENGTHS[0]:      # smaller ones may become 0 by binning
+    if min(p[0], p[5]) < LENGTHS[0]:      # smaller ones may become 0 by binning
         raise BadPair('calibration', f'{side} camera_info: the camera is not calibrated (P[0] is '
-                      f'{projection[0]:g}, P[5] is {projection[5]:g}); calibrate it, or load its '
+                      f'{p[0]:g}, P[5] is {p[5]:g}); calibrate it, or load its '
                       'calibration into the driver')
     region, (across, down) = info.roi, times_binned(info)
-    return _Camera(
-        fx=projection[0] / across, fy=projection[5] / down,
-        cx=(projection[2] - int(region.x_offset)) / across,
-        cy=(projection[6] - int(region.y_offset)) / down,
-        tx=projection[3] / across, ty=projection[7] / down,
-        binning=(across, down), first_row=int(region.y_offset),
-        odd=tuple(f'P[{place}] is {projection[place]:g}' for place, value in RECTIFIED.items()
-                  if abs(projection[place] - value) > ROUNDING * (
-                      projection[0] if place < 8 else 1)),
-        size=expected_size(info))
+    return (Projection(p[0] / across, p[5] / down, (p[2] - int(region.x_offset)) / across,
+                       (p[6] - int(region.y_offset)) / down), p[3] / across, p[7] / down)
 
 
-def _remarks(left, right, baseline):
+def _remarks(infos, projections, baseline):
     """Yield sentences about numbers that are probably wrong, or missing for depth."""
-    both = ('left', left), ('right', right)
+    left, right = projections
     if abs(left.fx - right.fx) > FOCAL_SHARE * right.fx:
         yield (f'fx is {left.fx:g} in the left and {right.fx:g} in the right camera_info; the '
                'two of a rectified pair are equal, the right one is used')
     if abs(left.cy - right.cy) > ROW_DIFFERENCE:
         yield (f'cy is {left.cy:g} in the left and {right.cy:g} in the right camera_info; rows '
                'of a rectified pair lie at the same height, calibrate the two as a pair')
-    for side, camera in both:
-        if camera.odd:
-            yield (f"{', '.join(camera.odd)} in the {side} camera_info: P of a rectified "
+    for side, info in zip(SIDES, infos):
+        p = numbers_of(info, 'p')
+        odd = [f'P[{place}] is {p[place]:g}' for place, value in RECTIFIED.items()
+               if abs(p[place] - value) > ROUNDING * (p[0] if place < 8 else 1)]
+        if odd:
+            yield (f"{', '.join(odd)} in the {side} camera_info: P of a rectified "
                    'camera has no rotation, only fx, cx, Tx, fy, cy and P[10] = 1; take P1 and '
                    'P2 of a calibration of the two as a pair')
     if not baseline:
-        cause = ('both camera_info is the same' if right.tx else
+        cause = ('both camera_info is the same' if numbers_of(infos[1], 'p')[3] else
                  'the right camera_info is not -fx * baseline')
         yield (f'the baseline is 0 m, as P[3] of {cause}: disparities are without metres '
                '(t is 0), depth and points are left out; calibrate the two cameras as a pair, '
@@ -166,8 +146,8 @@ def _remarks(left, right, baseline):
         yield (f'the baseline is {baseline:g} m; if that is meant to be cm or mm, all depths and '
                'points are 100 or 1000 times too far: P[3] of the right camera_info is '
                '-fx * baseline in metres (of a file: see --unit)')
-    for side, camera in both:
-        rows, columns = camera.size or (0, 0)
+    for side, info, camera in zip(SIDES, infos, projections):
+        rows, columns = expected_size(info) or (0, 0)
         if rows and max(abs(camera.cx / columns - 0.5), abs(camera.cy / rows - 0.5)) > MIDDLE:
             yield (f'the principal point {camera.cx:g}, {camera.cy:g} of the {side} camera_info '
                    f'is far outside the middle of {columns}x{rows} pixels: give the region of '

@@ -15,11 +15,10 @@ from fuzzy_stereo_ros.pairs.frame_names import (
     camera_and_frame, stamp_at, stamps_of, USUAL_RATE)
 from fuzzy_stereo_ros.pairs.image_files import read_image
 from fuzzy_stereo_ros.pairs.messages import set_stamp
-from fuzzy_stereo_ros.pairs.stereo_pair import BadPair
+from fuzzy_stereo_ros.pairs.stereo_pair import BadPair, SIDES
 
 IMAGE_SUFFIXES = '.png', '.jpg', '.jpeg', '.pgm', '.ppm', '.bmp', '.tif', '.tiff', '.webp'
 VIDEOS = '.mp4', '.avi', '.mkv', '.mov', '.webm', '.m4v'
-SIDES = 'left', 'right'
 # Folders of the two cameras in the folder of a recording: ours, EuRoC's, KITTI's.
 LAYOUTS = (('left', 'right'), ('cam0/data', 'cam1/data'), ('cam0', 'cam1'),
            ('image_0', 'image_1'), ('image_2', 'image_3'), ('colored_0', 'colored_1'),

@@ -11,11 +11,10 @@ from fuzzy_stereo_ros.pairs.lenses import (
     are_usable, coefficients_of, EQUIDISTANT, LARGEST_NUMBER, model_of)
 from fuzzy_stereo_ros.pairs.messages import read_image, stamp_of
 from fuzzy_stereo_ros.pairs.stereo_pair import (
-    BadPair, Calibration, StereoPair, UNCALIBRATED, width_by_height)
+    BadPair, Calibration, SIDES, StereoPair, UNCALIBRATED, width_by_height)
 import numpy as np
 
 SCALES = (1.0, 0.5, 0.25)
-SIDES = ('left', 'right')
 SIZE_SHARE = 0.01       # by which ratios of sizes differ if only rounding made them
 ROTATION_TOLERANCE = 0.01   # of each element of R times its transpose
 RADIUS_STEPS = 1000         # samples in the search for the radius where a distortion folds back

@@ -8,6 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+SIDES = 'left', 'right'
 TOLD_APART = 1 / 3  # largest share of its depth by which one pixel of disparity moves a point
 NUMBERS = re.compile(r'\d[\d.]*')
 

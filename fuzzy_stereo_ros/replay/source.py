@@ -19,9 +19,9 @@ from fuzzy_stereo_ros.bags.reading import (
     BagMessage, BagReader, BagTopic, DamagedBag, read_stamped, slashed, text_of)
 from fuzzy_stereo_ros.bags.topics import find_stereo_topics, RAW
 from fuzzy_stereo_ros.pairs.frame_names import SECOND, USUAL_RATE
-from fuzzy_stereo_ros.pairs.frames import are_frames, Frames, SIDES
+from fuzzy_stereo_ros.pairs.frames import are_frames, Frames
 from fuzzy_stereo_ros.pairs.messages import read_image
-from fuzzy_stereo_ros.pairs.stereo_pair import BadPair, StereoPair
+from fuzzy_stereo_ros.pairs.stereo_pair import BadPair, SIDES, StereoPair
 from fuzzy_stereo_ros.pairs.synchroniser import Synchroniser
 from fuzzy_stereo_ros.parameters.options import CameraOptions
 from fuzzy_stereo_ros.parameters.table import sync_tolerance

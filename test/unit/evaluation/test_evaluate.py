@@ -255,8 +255,8 @@ def test_frames_of_two_sizes_are_no_sequence_but_scenes_where_they_have_a_truth(
     write_frames(tmp_path, several)
     for side in ('left', 'right'):
         write_image(tmp_path / f'{side}_08.png', getattr(several[1], side)[:, 1:])
-    sentence = (f'{tmp_path.name}/08 is {WIDTH - 1}x{ROWS}, the first frame {WIDTH}x{ROWS}; frames '
-                'of a sequence have one size')
+    sentence = (f'{tmp_path.name}/08 is {WIDTH - 1}x{ROWS}, the first frame {WIDTH}x{ROWS}; '
+                'frames of a sequence have one size')
     assert main(['evaluate', str(tmp_path), '--matcher', 'opencv:bm']) == 2
     assert capsys.readouterr().err.splitlines()[-1] == f'fuzzy-stereo: {sentence}'
     write_disparity(tmp_path / 'groundtruth_07.npy', several[0].truth)

@@ -7,8 +7,7 @@ from types import SimpleNamespace
 import cv2
 from fuzzy_stereo_ros.pairs.calibration import read_calibration
 from fuzzy_stereo_ros.pairs.messages import ENCODINGS, fill_pixels, read_image, SEMI_PLANAR
-from fuzzy_stereo_ros.pairs.pair_reader import SIDES
-from fuzzy_stereo_ros.pairs.stereo_pair import Calibration, Projection
+from fuzzy_stereo_ros.pairs.stereo_pair import Calibration, Projection, SIDES
 from hypothesis import given, strategies as st
 from made_messages import (
     compressed, image, info, noise, projection, region, rejection_of, ros_1)
