@@ -3,12 +3,11 @@
 """Match the pairs of one stereo camera in order; prepare changed parameters meanwhile."""
 from concurrent import futures
 from dataclasses import replace
-from functools import partial
 import threading
 from typing import NamedTuple
 
 from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher, WARM_UP_SIZE
-from fuzzy_stereo_ros.matching.compiling import warm_up
+from fuzzy_stereo_ros.matching.compiling import on_all_cores
 from fuzzy_stereo_ros.matching.match import Camera, Match
 from fuzzy_stereo_ros.matching.over_frames.state import FrameState
 from fuzzy_stereo_ros.matching.row_alignment import Rows
@@ -63,9 +62,10 @@ class PairMatcher:
         """
         Compile or load the kernels; to be called before the first pair.
 
-        report: see `compiling.warm_up`.
+        report: see `compiling.on_all_cores`.
         """
-        self._matcher = self._warm_matcher(self.config, partial(warm_up, report=report))
+        with on_all_cores(report):
+            self._matcher = self._warm_matcher(self.config)
 
     def match(self, pair):
         """
@@ -133,10 +133,9 @@ class PairMatcher:
             self._prepared, self.change = prepared, READY if error is None else FAILED
         self._on_ready(config, error)
 
-    def _warm_matcher(self, config, warm_up=None):
-        """Return a StereoMatcher after warm_up(matcher, rows, columns); None: its own method."""
+    def _warm_matcher(self, config):
         matcher = StereoMatcher(config.at_scale(self._scale))
-        (warm_up or type(matcher).warm_up)(matcher, *self._shape)
+        matcher.warm_up(*self._shape)
         give_back_memory()      # of this warm-up
         return matcher
 

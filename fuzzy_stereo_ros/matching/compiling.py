@@ -8,7 +8,7 @@ the types that they are called with. In further rounds they write random numbers
 that they get, so that the matcher takes all of its branches. Then it forks, and all of its copies
 compile. A kernel that the dry run misses is compiled by the warm-up itself.
 """
-from contextlib import suppress
+from contextlib import contextmanager, suppress
 from dataclasses import asdict, replace
 from functools import cache, partial
 import gc
@@ -43,23 +43,23 @@ class Progress(NamedTuple):
     left: float | None
 
 
-def warm_up(matcher, rows, columns, report=None):
+@contextmanager
+def on_all_cores(report=None):
     """
-    Warm a StereoMatcher up; all cores compile the kernels that are not cached.
+    Have all cores compile what warm-ups within need and is not cached.
 
-    report(Progress): called in any thread, during this call, where something is compiled.
-    Raises ValueError for a size that cannot be matched.
+    report(Progress): called in any thread, where something is compiled.
     """
     compiled.compilers[:] = [cache(partial(compile_kernels, report=report))]
     try:
-        matcher.warm_up(rows, columns)
+        yield
     finally:
         compiled.compilers.clear()
         compiled.before_first.clear()
 
 
 def compile_kernels(config, report=None):
-    """Compile and keep what matchers of a MatcherConfig need; report: as in `warm_up`."""
+    """Compile and keep what matchers of a MatcherConfig need; report: as in `on_all_cores`."""
     report = report or (lambda progress: None)
     report(Progress(0.0, None))
     begun, share = None, 0.0

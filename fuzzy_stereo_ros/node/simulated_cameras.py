@@ -66,11 +66,6 @@ class SimulatedCameras(Node):
         return all(publisher.get_subscription_count()
                    for publisher in self._outputs.values())
 
-    def subscribed_to(self):
-        """Return whether any of the four topics has a subscriber."""
-        return any(publisher.get_subscription_count()
-                   for publisher in self._outputs.values())
-
     def publish(self, left, right, stamp=None, change=None):
         """
         Publish one pair and return its stamp in ns.
