@@ -15,21 +15,20 @@ from fuzzy_stereo_ros.pairs.frames import Frames
 from fuzzy_stereo_ros.pairs.image_files import read_pair
 from fuzzy_stereo_ros.parameters.options import add_matcher_options, matcher_config
 from fuzzy_stereo_ros.progress import bar
-from fuzzy_stereo_ros.views.evolution import evolution_figure, EvolutionAnimation, frames_figure
-from fuzzy_stereo_ros.views.evolution_record import Convergence, observed_match, watched_frames
+from fuzzy_stereo_ros.views.evolution import evolution_figure, EvolutionFilm
+from fuzzy_stereo_ros.views.evolution_record import observe_frames, observed_match, Record
 from fuzzy_stereo_ros.views.pictures import check_panel_suffix, write_figure
-from fuzzy_stereo_ros.views.video import check_video, image_beside_disparity, VideoFile
+from fuzzy_stereo_ros.views.video import check_video
 
-LEFT_BEHIND = 'no file is half written; a video ends with the last generation'
+LEFT_BEHIND = 'no file is half written; a video ends with the last generation or frame'
 HELP = 'show how disparities evolve'
 DESCRIPTION = (
     'Match a rectified pair and show the population, generation by generation: the best\n'
     'chromosome and its possibility, the parents of its genes, the mutated cells, and the best,\n'
     'mean and worst fitness. The result is the one of the command match.\n\n'
     'The images of two folders are the frames of a sequence, in the order of their names: it\n'
-    'shows the map, what of it is new, the possibility (in realtime and fast from which parent\n'
-    'each gene of a tile is), fitness, gains and, with a truth, the error, frame by frame; as a\n'
-    'video the map grows.')
+    'shows the same frame by frame, of realtime and fast from which parent each gene of a tile\n'
+    'is, and by how much each operator raised the fitness.')
 EXAMPLE = (
     'examples:\n'
     '  fuzzy-stereo evolve left.png right.png --disparities 60 --profile paper \\\n'
@@ -38,7 +37,6 @@ EXAMPLE = (
     '      --video evolution.mp4\n'
     '  fuzzy-stereo evolve left_frames right_frames --disparities 60 --profile paper_live \\\n'
     '      --picture frames.png --video frames.mp4')
-RATE = 5            # frames per second of the film of a sequence
 LEFT_OUT = 'deadline_ms', 'warm_start'      # observing takes time; a pair has no previous frame
 
 
@@ -49,12 +47,12 @@ def add_arguments(parser):
     parser.add_argument('right', metavar='RIGHT',
                         help='right image of the same size; or a folder of them')
     parser.add_argument('--picture', metavar='FILE',
-                        help='some generations in one picture: .png, .svg or .pdf')
+                        help='some generations or frames in one picture: .png, .svg or .pdf')
     parser.add_argument('--video', metavar='FILE',
                         help='a film of all generations, or of all frames: .mp4 or .avi')
     parser.add_argument('--overwrite', action='store_true', help='replace files that exist')
     parser.add_argument('--json', action='store_true',
-                        help='print the figures of all generations as JSON')
+                        help='print the figures of all generations or frames as JSON')
     add_truth_options(parser)
     add_matcher_options(parser, left_out=LEFT_OUT)
 
@@ -73,73 +71,40 @@ def run(arguments, stream, progress_stream=None):
     if outputs and find_spec('matplotlib') is None:
         raise ValueError(f'--{next(iter(outputs))} needs matplotlib, which is not installed: '
                          'pip install matplotlib')
+    pairs = None
     if Path(arguments.left).is_dir():
-        _run_frames(arguments, config, outputs, stream, progress_stream)
-        return
-    left, right = read_pair(arguments.left, arguments.right)
+        pairs = [frames for _, *frames in Frames([arguments.left, arguments.right]).pairs()]
+        config = replace(config, warm_start=True)
+    left, right = read_pair(arguments.left, arguments.right) if pairs is None else (
+        frame.read() for frame in pairs[0])
     truth, mask = _truth_and_mask(arguments, left.shape[:2])
     StereoMatcher(config).warm_up(*left.shape[:2])
-    convergence = Convergence(config, left if config.reference == 'left' else right, truth, mask)
-    animation = EvolutionAnimation(outputs['video'], convergence) if 'video' in outputs else None
+    record, match = Record(config, truth, mask, len(pairs or ())), None
+    film = EvolutionFilm(outputs['video'], record) if 'video' in outputs else None
     try:
-        with bar(progress_stream or sys.stderr, total=config.generations + 1,
-                 desc='generations') as shown:
+        with bar(progress_stream or sys.stderr, total=record.count + (pairs is None),
+                 desc='generations' if pairs is None else 'frames') as shown:
             def observe(snapshot):
-                convergence.add(snapshot)
-                if animation is not None:
-                    animation.add(snapshot)
+                record.add(snapshot)
+                if film is not None:
+                    film.add(snapshot)
                 shown.update()
 
-            match = observed_match(config, left, right, observe)
-    finally:
-        if animation is not None:
-            animation.close()
-    if 'picture' in outputs:
-        write_figure(outputs['picture'], evolution_figure(convergence, match))
-    figures = _figures(arguments, outputs, convergence, match)
-    print(json.dumps(for_json(figures), indent=2) if arguments.json else _sentences(
-        figures, convergence), file=stream)
-
-
-def _run_frames(arguments, config, outputs, stream, progress_stream):
-    """Match the frames of two folders and print how they evolve."""
-    source = Frames([arguments.left, arguments.right])
-    pairs = [(left, right) for _, left, right in source.pairs()]
-    truth, mask = _truth_and_mask(arguments, pairs[0][0].read().shape[:2])
-    film = VideoFile(outputs['video'], RATE) if 'video' in outputs else None
-    frames = []
-    try:
-        for frame in bar(progress_stream or sys.stderr, iterable=watched_frames(
-                replace(config, warm_start=True),
-                ((left.read(), right.read()) for left, right in pairs), truth, mask),
-                total=len(pairs), desc='frames'):
-            frames.append(frame)
-            if film is not None:
-                low = config.min_disparity
-                film.write(image_beside_disparity(
-                    frame.image, frame.disparity, low, low + config.disparities - 1,
-                    f'frame {frame.number} of {len(pairs)}', '' if frame.wrong is None else
-                    f', {frame.wrong:.1f} % off by more than 1 px'))
+            if pairs is None:
+                match = observed_match(config, left, right, observe)
+            else:
+                observe_frames(config, ([one.read() for one in pair] for pair in pairs), observe)
     finally:
         if film is not None:
             film.close()
     if 'picture' in outputs:
-        write_figure(outputs['picture'], frames_figure(frames, config))
-    if arguments.json:
-        print(json.dumps(for_json({
-            **{name: str(path) for name, path in outputs.items()}, 'profile': arguments.profile,
-            'frames': [frame.figures for frame in frames]}), indent=2), file=stream)
-        return
-    lines = [f"{'frame':>5} {'warm':>5} {'evolved [%]':>11}  gains, and parents of genes"]
-    for frame in frames:
-        gained = ', '.join([
-            *(f'{name} {gain:.3g}' for name, gain in frame.gains.items() if gain),
-            *(f'{name} {100 * share:.1f} %' for name, share in
-              (frame.figures['origins'] or {}).items())])
-        wrong = '' if frame.wrong is None else f'; off by more than 1 px: {frame.wrong:.2f} %'
-        lines.append(f"{frame.number:5} {'yes' if frame.warm else 'no':>5} "
-                     f"{100 * frame.figures['evolved']:11.1f}  {gained or 'nothing'}{wrong}")
-    lines.extend(f'{path}: written' for path in outputs.values())
+        write_figure(outputs['picture'], evolution_figure(record, match))
+    figures = {**{name: str(path) for name, path in outputs.items()},
+               'profile': arguments.profile,
+               **(_figures(record, match, left.shape) if match else _figures_of_frames(record))}
+    lines = json.dumps(for_json(figures), indent=2).splitlines() if arguments.json else [
+        *(_sentences(figures, record) if match else _sentences_of_frames(figures)),
+        *(f'{path}: written' for path in outputs.values())]
     print('\n'.join(lines), file=stream)
 
 
@@ -152,34 +117,39 @@ def _truth_and_mask(arguments, shape):
     return truth, mask
 
 
-def _figures(arguments, outputs, convergence, match):
-    """Return the figures for JSON."""
-    config = convergence.config
+def _figures(record, match, shape):
+    """Return the figures of generations for JSON; shape: of the images."""
+    config = record.config
     return {
-        **{name: str(path) for name, path in outputs.items()},
-        'profile': arguments.profile,
-        'rows': convergence.image.shape[0],
-        'columns': convergence.image.shape[1],
+        'rows': shape[0], 'columns': shape[1],
         **{name: getattr(config, name) for name in (
             'disparities', 'min_disparity', 'reference', 'population', 'generations')},
-        'initial': convergence.rows[0]._asdict(),
+        'initial': record.rows[0]._asdict(),
         'history': [{**row._asdict(), 'diversity': generation.diversity,
                      'milliseconds': generation.milliseconds, 'gains': generation.gains}
-                    for row, generation in zip(convergence.rows[1:], match.history)],
-        'ground_truth': None if convergence.truth is None else asdict(
-            score(match.disparity, convergence.truth, convergence.mask)),
+                    for row, generation in zip(record.rows[1:], match.history)],
+        'ground_truth': None if record.truth is None else asdict(
+            score(match.disparity, record.truth, record.mask)),
     }
 
 
-def _sentences(figures, convergence):
+def _figures_of_frames(record):
+    """Return the figures of frames for JSON."""
+    return {'frames': [
+        {'frame': row.number, 'warm': row.warm, 'fitness': row.best_fitness, 'gains': row.gains,
+         'bad_1': row.bad_1, 'evolved': row.changed, 'origins': row.origins}
+        for row in record.rows]}
+
+
+def _sentences(figures, record):
     """Return the figures of some generations and of the result as lines of text."""
-    config = convergence.config
+    config = record.config
     lines = [f"{figures['columns']}x{figures['rows']} pixels of the {config.reference} image, "
              f"profile {figures['profile']}, population {config.population}",
              f"{'generation':>10} {'best':>11} {'mean':>11} {'worst':>11}"
-             + ('' if convergence.truth is None else '  off by more than 1 px [%]')]
-    shown = {snapshot.number for snapshot in convergence.shown()}
-    for number, best, mean, worst, wrong in convergence.rows:
+             + ('' if record.truth is None else '  off by more than 1 px [%]')]
+    shown = {snapshot.number for snapshot in record.shown()}
+    for number, best, mean, worst, wrong, *_ in record.rows:
         if number in shown:
             lines.append(f'{number:10} {best:11.5g} {mean:11.5g} {worst:11.5g}'
                          + ('' if wrong is None else f' {wrong:26.2f}'))
@@ -192,5 +162,18 @@ def _sentences(figures, convergence):
             any(row['gains'].values()) for row in figures['history']):
         lines.append('nothing evolved: no plane of a plain region is fitter; two folders of '
                      'frames show what evolves from frame to frame')
-    lines.extend(f'{figures[name]}: written' for name in ('picture', 'video') if name in figures)
-    return '\n'.join(lines)
+    return lines
+
+
+def _sentences_of_frames(figures):
+    """Return the figures of frames as lines of text."""
+    lines = [f"{'frame':>5} {'warm':>5} {'evolved [%]':>11}  gains, and parents of genes"]
+    for frame in figures['frames']:
+        gained = ', '.join([
+            *(f'{name} {gain:.3g}' for name, gain in frame['gains'].items() if gain),
+            *(f'{word} {100 * share:.1f} %' for word, share in (frame['origins'] or {}).items())])
+        wrong = frame['bad_1']
+        lines.append(f"{frame['frame']:5} {'yes' if frame['warm'] else 'no':>5} "
+                     f"{100 * frame['evolved']:11.1f}  {gained or 'nothing'}"
+                     + ('' if wrong is None else f'; off by more than 1 px: {wrong:.2f} %'))
+    return lines

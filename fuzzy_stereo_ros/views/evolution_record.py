@@ -1,47 +1,55 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-The record of an evolution, generation by generation, and of a sequence, frame by frame.
+The record of an evolution: generation by generation of a pair, or frame by frame of a sequence.
 
 Matching does not depend on it. The origin of genes follows from comparing a generation with the
-previous one, and from the lineage that the paper's algorithm keeps.
+previous one, and from what the algorithms keep of their parents.
 """
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 from fuzzy_stereo_ros.evaluation.scores import score
 from fuzzy_stereo_ros.matching import StereoMatcher
+from fuzzy_stereo_ros.matching.match import Match
 import numpy as np
 
 FIRST, SECOND, MUTATED = range(3)       # the origin of a gene, see Snapshot
-# the same in a frame of `realtime`, as Generation.origin_of_genes numbers them
-ORIGINS = 'mutated by one', 'half-size map', 'previous best'
-SHOWN = 5           # most generations of an evolution in a figure
-FRAMES_SHOWN = 4    # most frames of a sequence in a figure
+ORIGINS = {
+    'paper': {FIRST: 'first parent', SECOND: 'second parent', MUTATED: 'mutation'},
+    'realtime': {FIRST: 'kept', MUTATED: 'planes of plain regions'},
+    'quality': {FIRST: 'kept', MUTATED: 'planes of segments and tiles'},
+    'frames': {FIRST: 'previous best', SECOND: 'half-size map', MUTATED: 'mutated by one'}}
+SHOWN = 5           # most generations or frames in a figure
 LANDMARKS = '1', '2', '5'       # generations 1, 2, 5, 10, 20, ... may be shown
 
 
 @dataclass(frozen=True)
 class Snapshot:
     """
-    A generation; number 0 is the initial population. Maps are of the reference image.
+    A generation, of which 0 is the initial population, or a frame, from 1.
 
-    best: float32 (R, C), px, the fittest chromosome. possibility: float32 (R, C), 0 to 1, of it.
+    image: the reference image, of which all maps are. best: float32 (R, C), px, the fittest
+    chromosome, of a frame the result. possibility: float32 (R, C), 0 to 1, of the chromosome.
     fitness: float64 (P,), of all chromosomes, higher is fitter.
     origin: uint8 (R, C), of the genes of one chromosome: of the fittest child in the paper's
-    algorithm, else of the only chromosome, which takes the fitter genes of mutants. FIRST, SECOND:
-    from this parent; MUTATED: from mutation. None for the initial population.
-    is_best: whether that chromosome is the fittest of all.
-    mutated: float32 (R, C), 0 to 1, the share of the children that mutation changed there.
+    algorithm, else of the only one, which takes the fitter genes of mutants. FIRST, SECOND: from
+    this parent; MUTATED: from mutation. Of a frame of `realtime` and `fast`: of the selected genes
+    of tiles. None for the initial population and other frames.
+    changed: float32 (R, C), 0 to 1, the share of the children that mutation changed there, of a
+    frame 1 where the chromosome is another than that of the frame before.
+    is_best: whether the chromosome of the origin is the fittest. match: of a frame, else None.
     """
 
     number: int
+    image: np.ndarray
     best: np.ndarray
     possibility: np.ndarray
     fitness: np.ndarray
     origin: np.ndarray | None
-    is_best: bool
-    mutated: np.ndarray
+    changed: np.ndarray
+    is_best: bool = True
+    match: Match | None = None
 
 
 def observed_match(config, left, right, observe):
@@ -56,7 +64,18 @@ def observed_match(config, left, right, observe):
 
     def take(number, population):
         nonlocal former
-        observe(_snapshot(config, number, matcher.algorithm, former, population))
+        evolved, origin, is_best = matcher.algorithm.population, None, False
+        changed = np.zeros(population.shape[1:], np.float32)
+        if former is not None and config.algorithm == 'paper':
+            origin, child, changed = origin_of_fittest_child(
+                former, population, evolved.fitness, evolved.lineage)
+            retained = np.delete(evolved.fitness, evolved.lineage.children)
+            is_best = bool(evolved.fitness[child] > retained.max(initial=-np.inf))
+        elif former is not None:
+            is_best = True
+            origin = np.where(population[0] != former[0], MUTATED, FIRST).astype(np.uint8)
+        observe(_snapshot(matcher, number, (left, right), population[evolved.best], origin,
+                          changed, is_best))
         former = population.copy()
 
     matcher = StereoMatcher(replace(config, generations=0))
@@ -66,84 +85,117 @@ def observed_match(config, left, right, observe):
     return matcher.match(left, right, observe=take)
 
 
+def observe_frames(config, pairs, observe):
+    """Match pairs of images one after the other; observe(snapshot): called with each frame's."""
+    matcher, before = StereoMatcher(config), None
+    for number, images in enumerate(pairs, 1):
+        match = matcher.match(*images)
+        algorithm = matcher.algorithm
+        best = algorithm.population.genes[algorithm.population.best].copy()
+        same = before is not None and before.shape == best.shape
+        # Generation.origin_of_genes counts from mutation to the previous best.
+        origin = MUTATED - algorithm.origin_of_genes() if config.algorithm == 'realtime' else None
+        observe(replace(_snapshot(
+            matcher, number, images, best, origin,
+            np.float32(best != before) if same else np.ones(best.shape, np.float32)),
+            best=match.disparity, match=match))
+        before = best
+
+
+def _snapshot(matcher, number, images, best, origin, changed, is_best=True):
+    """Return the Snapshot of a matcher; best: genes of the fittest chromosome, (R, C)."""
+    config = matcher.config
+    mirrored = config.reference == 'right'      # the search then is
+
+    def upright(found):
+        return np.ascontiguousarray(found[:, ::-1 if mirrored else 1])
+
+    return Snapshot(
+        number, images[mirrored], upright(best + np.float32(config.min_disparity)),
+        upright(matcher.algorithm.possibility_of(best)),
+        matcher.algorithm.population.fitness.copy(), None if origin is None else upright(origin),
+        upright(changed), is_best)
+
+
 class Row(NamedTuple):
-    """The fitness of a generation, and the error of its best chromosome."""
+    """The figures of a generation or a frame."""
 
     number: int
     best_fitness: float
     mean_fitness: float
     worst_fitness: float
     bad_1: float | None         # percentage off by more than 1 px, None without ground truth
+    changed: float              # mean of the Snapshot's
+    origins: dict | None        # {word of ORIGINS: share of the genes}, None without an origin
+    warm: bool                  # of the Match of a frame, as its gains
+    gains: dict
 
 
-class Convergence:
+class Record:
     """
-    The convergence of an evolution: figures of all generations, Snapshots of some.
+    The record of an evolution: figures of all generations or frames, Snapshots of some.
 
-    config: its MatcherConfig. image: the reference image. truth, mask: arguments of
-    `scores.score`, or None. rows: a Row for each generation so far.
+    config: its MatcherConfig. truth, mask: arguments of `scores.score`, or None. frames: their
+    number, 0 if it is one of generations. rows: a Row for each so far.
     """
 
-    def __init__(self, config, image, truth=None, mask=None):
-        """Start without generations."""
-        self.config, self.image, self.truth, self.mask = config, image, truth, mask
-        self.rows, self._kept, self._last = [], {}, None
+    def __init__(self, config, truth=None, mask=None, frames=0):
+        """Start without generations and frames."""
+        self.config, self.truth, self.mask, self.frames = config, truth, mask, frames
+        self.rows, self._kept, self.last = [], {}, None
+
+    @property
+    def count(self):
+        """How many generations or frames there will be, at most."""
+        return self.frames or self.config.generations
+
+    @property
+    def words(self):
+        """What each origin of genes is called; {} where none is known."""
+        if self.frames:
+            return ORIGINS['frames'] if self.config.algorithm == 'realtime' else {}
+        return ORIGINS[self.config.algorithm] if self.count else {}
+
+    def changes(self, number):
+        """Return whether anything may have changed in the generation or frame of a number."""
+        return bool(self.frames) or (self.config.algorithm == 'paper' and number > 0)
 
     def add(self, snapshot):
-        """Add the Snapshot of the next generation."""
-        wrong = None if self.truth is None else score(
-            snapshot.best, self.truth, self.mask).bad_dense[1.0]
-        fitness = snapshot.fitness
-        self.rows.append(Row(snapshot.number, float(fitness.max()), float(fitness.mean()),
-                             float(fitness.min()), wrong))
-        self._last = snapshot
+        """Add the Snapshot of the next generation or frame."""
+        wrong, origins, fitness = None, None, snapshot.fitness
+        if self.truth is not None:
+            wrong = score(snapshot.best, self.truth, self.mask).bad_dense[1.0]
+        if snapshot.origin is not None:
+            origins = {word: float(np.mean(snapshot.origin == code))
+                       for code, word in self.words.items()}
+        self.rows.append(Row(
+            snapshot.number, float(fitness.max()), float(fitness.mean()), float(fitness.min()),
+            wrong, float(snapshot.changed.mean()), origins,
+            *((False, {}) if snapshot.match is None else (
+                snapshot.match.warm, snapshot.match.gains))))
+        self.last = snapshot
         if snapshot.number < SHOWN or str(snapshot.number).rstrip('0') in LANDMARKS:
             self._kept[snapshot.number] = snapshot
 
     def shown(self):
-        """Return up to SHOWN Snapshots: 0, 1, the last, and two between them by equal factors."""
-        last = self._last.number
-        if last < SHOWN:
-            return list(self._kept.values())
-        between = [min(self._kept, key=lambda number: abs(np.log(max(number, 1) / last**share)))
-                   for share in (1 / 3, 2 / 3)]
-        return [self._kept[number] for number in (0, 1, *between)] + [self._last]
-
-
-def mutates(config, number):
-    """Return whether a MatcherConfig has mutation in the generation of a number."""
-    return config.algorithm == 'paper' and number > 0
-
-
-def _snapshot(config, number, algorithm, former, population):
-    """Return the Snapshot of an algorithm; former, population: (P, R, C) of two generations."""
-    def upright(found):
-        """Return a map of the reference image: with the right one the search is mirrored."""
-        return np.ascontiguousarray(found[:, ::-1 if config.reference == 'right' else 1])
-
-    evolved, best = algorithm.population, population[algorithm.population.best]
-    origin, is_best, mutated = None, False, np.zeros(best.shape, np.float32)
-    if former is not None and config.algorithm == 'paper':
-        origin, child, mutated = origin_of_fittest_child(
-            former, population, evolved.fitness, evolved.lineage)
-        retained = np.delete(evolved.fitness, evolved.lineage.children)
-        is_best = bool(evolved.fitness[child] > retained.max(initial=-np.inf))
-    elif former is not None:
-        is_best = True
-        origin = np.where(population[0] != former[0], MUTATED, FIRST).astype(np.uint8)
-    return Snapshot(number, upright(best + np.float32(config.min_disparity)),
-                    upright(algorithm.possibility_of(best)), evolved.fitness.copy(),
-                    None if origin is None else upright(origin), is_best, upright(mutated))
+        """Return up to SHOWN Snapshots: the first two, the last, two between by equal factors."""
+        kept = {**self._kept, self.last.number: self.last}
+        if len(kept) > SHOWN:
+            between = [min(self._kept, key=lambda number: abs(np.log(
+                max(number, 1) / self.last.number**share))) for share in (1 / 3, 2 / 3)]
+            kept = {number: kept[number] for number in sorted(
+                {*list(kept)[:2], *between, self.last.number})}
+        return list(kept.values())
 
 
 def origin_of_fittest_child(former, population, fitness, lineage):
     """
-    Return origin (R, C) and number of the fittest child of the paper's algorithm, and `mutated`.
+    Return origin (R, C) and number of the fittest child of the paper's algorithm, and `changed`.
 
     Genes of both parents count as FIRST. Without children all genes of the fittest are FIRST.
 
     former, population: (P, R, C) of two generations. fitness: float64 (P,) of the newer one.
-    lineage: its Lineage. For `mutated` see Snapshot.
+    lineage: its Lineage. For `changed` see Snapshot.
     """
     shape = population.shape[1:]
     if not lineage.children.size:
@@ -158,64 +210,3 @@ def origin_of_fittest_child(former, population, fitness, lineage):
             origin = np.where(of_first, FIRST, SECOND).astype(np.uint8)
             origin[changed] = MUTATED
     return origin, int(fittest), (counts / lineage.children.size).astype(np.float32)
-
-
-@dataclass(frozen=True)
-class Frame:
-    """
-    A frame of a sequence; maps are those of the matcher: mirrored for the right reference.
-
-    number: from 1. image: the reference image. disparity: float32 (R, C), px. evolved: bool
-    (R, C), where the best chromosome is another than that of the frame before. beside: float32
-    (R, C), the possibility of the best chromosome. origin: uint8 (R, C), an index of ORIGINS, of
-    the genes that `realtime` and `fast` have selected, else None. fitness: of the best. gains:
-    fitness by operator. warm: see Match. wrong: percentage off by more than 1 px, None without
-    truth.
-    """
-
-    number: int
-    image: np.ndarray
-    disparity: np.ndarray
-    evolved: np.ndarray
-    beside: np.ndarray
-    origin: np.ndarray | None
-    fitness: float
-    gains: dict
-    warm: bool
-    wrong: float | None
-
-    @property
-    def figures(self):
-        """The figures of the frame for JSON."""
-        return {'frame': self.number, 'warm': self.warm, 'fitness': self.fitness,
-                'gains': self.gains, 'bad_1': self.wrong, 'evolved': float(self.evolved.mean()),
-                'origins': None if self.origin is None else dict(zip(ORIGINS, (np.bincount(
-                    self.origin.ravel(), minlength=len(ORIGINS)) / self.origin.size).tolist()))}
-
-
-def watched_frames(config, pairs, truth=None, mask=None):
-    """
-    Yield a `Frame` for each pair of images, matched one after the other.
-
-    config: MatcherConfig with warm_start. truth, mask: of all frames.
-    """
-    matcher, before = StereoMatcher(config), None
-    for number, (left, right) in enumerate(pairs, 1):
-        match = matcher.match(left, right)
-        algorithm = matcher.algorithm
-        best = algorithm.population.genes[algorithm.population.best].copy()
-        same = before is not None and before.shape == best.shape
-        maps = (best != before if same else np.ones(best.shape, bool),
-                algorithm.possibility_of(best),
-                algorithm.origin_of_genes() if config.algorithm == 'realtime' else None)
-        before = best
-        wrong = None if truth is None else score(match.disparity, truth, mask).bad_dense[1.0]
-        yield Frame(number, left if config.reference == 'left' else right, match.disparity, *maps,
-                    float(algorithm.population.fitness.max()), match.gains, match.warm, wrong)
-
-
-def shown_frames(frames):
-    """Return up to FRAMES_SHOWN frames: the first, the last, others between by equal factors."""
-    last = len(frames)
-    numbers = sorted({round(last**(place / (FRAMES_SHOWN - 1))) for place in range(FRAMES_SHOWN)})
-    return [frames[number - 1] for number in numbers]

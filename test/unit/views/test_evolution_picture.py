@@ -9,9 +9,9 @@ from fuzzy_stereo_ros.pairs.image_files import read_image
 from fuzzy_stereo_ros.synthetic.scenes import make_pair
 from fuzzy_stereo_ros.views import evolution as evolution_view
 from fuzzy_stereo_ros.views.evolution import (
-    evolution_figure, EvolutionAnimation, ORIGIN_COLOURS, RATES, STAY)
+    evolution_figure, EvolutionFilm, ORIGIN_COLOURS, RATES, STAY)
 from fuzzy_stereo_ros.views.evolution_record import (
-    Convergence, FIRST, MUTATED, observed_match, SECOND)
+    FIRST, MUTATED, observed_match, Record, SECOND)
 from fuzzy_stereo_ros.views.pictures import PANEL_SUFFIXES, write_figure
 import numpy as np
 import pytest
@@ -22,7 +22,7 @@ def evolution(profile='realtime', with_truth=True, shape=(40, 60), **changes):
     pair = make_pair(*shape, 16, noise=4.0, colour=True)
     config = MatcherConfig.from_profile(profile, **{
         'disparities': 16, 'generations': 2, 'reference': 'left', **changes})
-    course, told = Convergence(config, pair.left, pair.truth if with_truth else None), []
+    course, told = Record(config, pair.truth if with_truth else None), []
 
     def tell(snapshot):
         course.add(snapshot)
@@ -96,17 +96,17 @@ def small_film(monkeypatch):
 
 def test_the_animation_has_a_frame_for_each_generation_and_repeats_the_last(
         tmp_path, monkeypatch):
-    drawn, draw = [], EvolutionAnimation.frame
+    drawn, draw = [], EvolutionFilm.picture
 
     def keep(film, snapshot):
         drawn.append(draw(film, snapshot))
         return drawn[-1]
 
-    monkeypatch.setattr(EvolutionAnimation, 'frame', keep)
+    monkeypatch.setattr(EvolutionFilm, 'picture', keep)
     path, pair = tmp_path / 'film.avi', make_pair(40, 60, 16, noise=4.0)
     config = MatcherConfig.from_profile('paper', disparities=16, generations=3, reference='left')
-    course = Convergence(config, pair.left, pair.truth)
-    animation = EvolutionAnimation(path, course)
+    course = Record(config, pair.truth)
+    animation = EvolutionFilm(path, course)
     observed_match(config, pair.left, pair.right,
                    lambda snapshot: (course.add(snapshot), animation.add(snapshot)))
     animation.close()
@@ -118,11 +118,11 @@ def test_the_animation_has_a_frame_for_each_generation_and_repeats_the_last(
 
 
 def test_a_long_evolution_is_shown_faster(tmp_path):
-    film = EvolutionAnimation(tmp_path / 'film.mp4', Convergence(
-        MatcherConfig(generations=55), np.zeros((8, 100), np.uint8)))
+    film = EvolutionFilm(tmp_path / 'film.mp4', Record(
+        MatcherConfig(generations=55)))
     assert film.rate == 6
-    film = EvolutionAnimation(tmp_path / 'film.mp4', Convergence(
-        MatcherConfig(generations=5000), np.zeros((8, 100), np.uint8)))
+    film = EvolutionFilm(tmp_path / 'film.mp4', Record(
+        MatcherConfig(), frames=5000))
     assert film.rate == RATES[1]
     film.close()
     assert os.listdir(tmp_path) == []

@@ -8,8 +8,7 @@ from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
 from fuzzy_stereo_ros.matching.paper.population import Lineage
 from fuzzy_stereo_ros.synthetic.scenes import make_pair
 from fuzzy_stereo_ros.views.evolution_record import (
-    Convergence, FIRST, MUTATED, mutates, observed_match, origin_of_fittest_child, SECOND,
-    Snapshot)
+    FIRST, MUTATED, observed_match, origin_of_fittest_child, Record, SECOND, Snapshot)
 import numpy as np
 import pytest
 
@@ -55,11 +54,11 @@ def test_the_initial_population_and_each_generation_have_a_snapshot(name, pair):
         assert snapshot.fitness.max() == row.best_fitness
         assert snapshot.fitness.mean() == pytest.approx(row.mean_fitness, rel=1e-12)
         assert snapshot.origin.dtype == np.uint8 and snapshot.origin.shape == SHAPE
-    assert told[0].origin is None and not told[0].mutated.any()
+    assert told[0].origin is None and not told[0].changed.any()
     for snapshot in told:
-        assert snapshot.best.dtype == snapshot.possibility.dtype == snapshot.mutated.dtype \
+        assert snapshot.best.dtype == snapshot.possibility.dtype == snapshot.changed.dtype \
             == np.float32
-        for map_ in (snapshot.possibility, snapshot.mutated):
+        for map_ in (snapshot.possibility, snapshot.changed):
             assert map_.shape == SHAPE and 0 <= map_.min() <= map_.max() <= 1
 
 
@@ -88,7 +87,7 @@ def test_what_the_fittest_took_over_is_what_changed_in_it(name, pair):
     for before, after in zip(told, told[1:]):
         np.testing.assert_array_equal(
             after.origin, np.where(after.best != before.best, MUTATED, FIRST))
-        assert not after.mutated.any()
+        assert not after.changed.any()
         taken += np.sum(after.origin == MUTATED)
         assert after.is_best
     assert taken > 40
@@ -140,33 +139,34 @@ def test_without_children_the_fittest_has_its_own_genes():
 
 def snapshot_of(number, best=None):
     maps = np.zeros((2, 3), np.float32) if best is None else best
-    return Snapshot(number, maps, maps, np.array([1.0, 4.0 + number]), None, False, maps)
+    return Snapshot(number, maps, maps, maps, np.array([1.0, 4.0 + number]), None, maps)
 
 
-@pytest.mark.parametrize('last, numbers', [
-    (0, [0]), (1, [0, 1]), (4, [0, 1, 2, 3, 4]), (5, [0, 1, 2, 3, 5]), (8, [0, 1, 2, 4, 8]),
-    (10, [0, 1, 2, 5, 10]), (30, [0, 1, 3, 10, 30]), (100, [0, 1, 5, 20, 100]),
-    (1234, [0, 1, 10, 100, 1234])])
-def test_at_most_five_generations_are_shown_the_first_two_and_the_last_among_them(last, numbers):
-    course = Convergence(CONFIGS['paper'], np.zeros((2, 3), np.uint8))
-    for number in range(last + 1):
+@pytest.mark.parametrize('first, last, numbers', [
+    (0, 0, [0]), (0, 1, [0, 1]), (0, 4, [0, 1, 2, 3, 4]), (0, 5, [0, 1, 2, 3, 5]),
+    (0, 8, [0, 1, 2, 4, 8]), (0, 10, [0, 1, 2, 5, 10]), (0, 30, [0, 1, 3, 10, 30]),
+    (0, 100, [0, 1, 5, 20, 100]), (0, 1234, [0, 1, 10, 100, 1234]),
+    (1, 1, [1]), (1, 5, [1, 2, 3, 4, 5]), (1, 30, [1, 2, 3, 10, 30])])
+def test_at_most_five_are_shown_the_first_two_and_the_last_among_them(first, last, numbers):
+    course = Record(CONFIGS['paper'], frames=first and last)
+    for number in range(first, last + 1):
         course.add(snapshot_of(number))
     assert [snapshot.number for snapshot in course.shown()] == numbers
-    assert course.rows[-1] == (last, 4.0 + last, (5.0 + last) / 2, 1.0, None)
-    assert len(course.rows) == last + 1
+    assert course.rows[-1] == (last, 4.0 + last, (5.0 + last) / 2, 1.0, None, 0.0, None, False, {})
+    assert len(course.rows) == last + 1 - first
 
 
 @pytest.mark.parametrize('name', [name for name in CONFIGS if CONFIGS[name].elite < 1])
 def test_mutation_strikes_in_every_generation_in_which_it_may_and_in_no_other(name, pair):
     config = CONFIGS[name]
-    mutated = [snapshot.mutated.any() for snapshot in watched(config, pair)[1]]
-    assert mutated == [mutates(config, number) for number in range(len(mutated))]
+    mutated = [snapshot.changed.any() for snapshot in watched(config, pair)[1]]
+    assert mutated == [Record(config).changes(number) for number in range(len(mutated))]
     assert mutated == [config.algorithm == 'paper' and number > 0
                        for number in range(len(mutated))]
 
 
 def test_the_error_is_that_of_the_best_chromosome_inside_the_mask(pair):
-    course = Convergence(CONFIGS['realtime'], pair.left, pair.truth, pair.visible)
+    course = Record(CONFIGS['realtime'], pair.truth, pair.visible)
     best = np.where(np.arange(100) < 50, pair.truth, pair.truth + 2).astype(np.float32)
     course.add(snapshot_of(0, best))
     assert course.rows[0].bad_1 == score(best, pair.truth, pair.visible).bad_dense[1.0] > 30

@@ -8,7 +8,8 @@ from fuzzy_stereo_ros.commands.command_line import main
 from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
 from fuzzy_stereo_ros.pairs.image_files import write_image
 from fuzzy_stereo_ros.synthetic.scenes import make_pair
-from fuzzy_stereo_ros.views.evolution_record import shown_frames, watched_frames
+from fuzzy_stereo_ros.views.evolution import RATES, STAY
+from fuzzy_stereo_ros.views.evolution_record import FIRST, MUTATED, observe_frames, Record
 import numpy as np
 import pytest
 
@@ -26,33 +27,46 @@ def folders(tmp_path):
     return tmp_path / 'left', tmp_path / 'right'
 
 
+def watched(config, pairs, truth=None, mask=None):
+    """Return the Snapshots and the Record of a sequence."""
+    told, record = [], Record(config, truth, mask, len(pairs))
+    observe_frames(config, pairs, lambda snapshot: (told.append(snapshot), record.add(snapshot)))
+    return told, record
+
+
 def test_observing_a_sequence_changes_nothing_and_reports_the_warm_start():
     pairs = [(PAIR.left, PAIR.right)] * FRAMES
-    frames = list(watched_frames(CONFIG, pairs, PAIR.truth, PAIR.visible))
+    frames, record = watched(CONFIG, pairs, PAIR.truth, PAIR.visible)
     matcher = StereoMatcher(CONFIG)
-    for frame, pair in zip(frames, pairs):
+    for frame, row, pair in zip(frames, record.rows, pairs):
         match = matcher.match(*pair)
-        np.testing.assert_array_equal(frame.disparity, match.disparity)
-        assert (frame.warm, frame.gains) == (match.warm, match.gains)
-    assert [frame.warm for frame in frames] == [False, True, True, True]
-    assert frames[-1].wrong < 100
+        np.testing.assert_array_equal(frame.best, match.disparity)
+        assert (row.warm, row.gains) == (match.warm, match.gains)
+    assert [row.warm for row in record.rows] == [False, True, True, True]
+    assert record.rows[-1].bad_1 < 100
 
 
-def test_of_paper_it_tells_which_genes_are_new_and_how_possible_the_best_is():
-    config = MatcherConfig.from_profile('paper_live', disparities=24, threads=1, generations=2)
-    frames = list(watched_frames(config, [(PAIR.left, PAIR.right)] * 3, PAIR.truth, PAIR.visible))
+@pytest.mark.parametrize('reference', ['left', 'right'])
+def test_of_paper_it_tells_which_genes_are_new_and_how_possible_the_best_is(reference):
+    config = MatcherConfig.from_profile(
+        'paper_live', disparities=24, threads=1, generations=2, reference=reference)
+    frames, record = watched(config, [(PAIR.left, PAIR.right)] * 3, PAIR.truth, PAIR.visible)
     matcher, before = StereoMatcher(config), None
     for frame in frames:
         matcher.match(PAIR.left, PAIR.right)
         population = matcher.algorithm.population
         best = population.genes[population.best].copy()
-        assert frame.fitness == population.fitness.max()
-        np.testing.assert_array_equal(frame.beside, matcher.algorithm.possibility_of(best))
+        upright = (slice(None), slice(None, None, -1 if reference == 'right' else 1))
+        np.testing.assert_array_equal(frame.fitness, population.fitness)
         np.testing.assert_array_equal(
-            frame.evolved, np.ones_like(best) if before is None else best != before)
+            frame.possibility, matcher.algorithm.possibility_of(best)[upright])
+        np.testing.assert_array_equal(
+            frame.changed[upright], np.ones_like(best) if before is None else best != before)
+        assert frame.image is (PAIR.right if reference == 'right' else PAIR.left)
         before = best
-    assert frames[0].figures['evolved'] == 1 > frames[2].figures['evolved'] > 0
-    assert frames[2].wrong < frames[0].wrong
+    first, _, last = record.rows
+    assert first.changed == 1 > last.changed > 0
+    assert reference == 'right' or last.bad_1 < first.bad_1     # the truth is of the left image
 
 
 @pytest.mark.parametrize('profile', ['realtime', 'fast'])
@@ -60,18 +74,15 @@ def test_genes_are_of_the_half_size_map_then_of_the_previous_best_until_a_cut(pr
     other = make_pair(96, 128, 24, 7, colour=True)
     pairs = [(PAIR.left, PAIR.right)] * 3 + [(other.left, other.right)]
     config = MatcherConfig.from_profile(profile, disparities=24, threads=1)
-    first, second, third, cut = (frame.figures['origins'] for frame in watched_frames(
-        config, pairs))
-    for shares in (first, second, third, cut):
+    frames, record = watched(config, pairs)
+    first, second, third, cut = (row.origins for row in record.rows)
+    for frame, shares in zip(frames, (first, second, third, cut)):
         assert sum(shares.values()) == pytest.approx(1)
+        assert shares['previous best'] == np.mean(frame.origin == FIRST)
+        assert shares['mutated by one'] == np.mean(frame.origin == MUTATED)
     assert first['previous best'] == cut['previous best'] == 0
     assert min(first['half-size map'], cut['half-size map']) > 0.5
     assert min(second['previous best'], third['previous best']) > 0.5
-
-
-@pytest.mark.parametrize('number, expected', [(1, [0]), (2, [0, 1]), (30, [0, 2, 9, 29])])
-def test_shown_are_the_first_the_last_and_some_between(number, expected):
-    assert shown_frames(range(number)) == expected
 
 
 @pytest.mark.parametrize('profile', [
@@ -84,7 +95,8 @@ def test_two_folders_are_a_sequence_of_frames(folders, tmp_path, capsys, profile
     assert main(told) == 0
     assert f'{picture}: written' in capsys.readouterr().out
     assert picture.stat().st_size > 0
-    assert cv2.VideoCapture(str(film)).get(cv2.CAP_PROP_FRAME_COUNT) == FRAMES
+    pictures = cv2.VideoCapture(str(film)).get(cv2.CAP_PROP_FRAME_COUNT)
+    assert pictures == FRAMES + STAY * RATES[0]
     assert main([*told[:-4], '--json']) == 0
     found = json.loads(capsys.readouterr().out)
     assert [frame['frame'] for frame in found['frames']] == [1, 2, 3, 4]
