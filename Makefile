@@ -103,7 +103,7 @@ fuzz: $(package_installed)
 		$(or $(FUZZ_ARGS),test/fuzz test/process/test_kernel_cache.py)
 
 soak: $(package_installed)
-	PYTHONPATH=test/soak:test/support:$$PYTHONPATH $(python) -m soak $(SOAK_ARGS)
+	PYTHONPATH=test/support:$$PYTHONPATH $(python) -m bench.soak $(SOAK_ARGS)
 
 benchmark: $(package_installed)
 	$(python) -m bench all --output docs/benchmarks.md $(BENCHMARK_ARGS)

@@ -16,7 +16,7 @@ from repository import ROOT
 
 HERE = Path(__file__).parent
 sys.path.append(str(ROOT))      # bench/, which is not installed, after what is
-SLOW_FOLDERS = 'fuzz', 'process', 'ros', 'soak'
+SLOW_FOLDERS = 'fuzz', 'process', 'ros'
 # `make fuzz` takes it: so many times the examples of each fuzz test, and what takes minutes.
 settings.register_profile('fuzz', max_examples=USUAL * int(os.environ.get('FUZZ_TIMES', 100)),
                           print_blob=True)

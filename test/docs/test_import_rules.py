@@ -17,7 +17,7 @@ SPDX_LINES = ('# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers',
 ROS_MODULE = re.compile(r'(rcl|ros|rmw|launch|ament_|tf2|message_filters|cv_bridge|builtin_inter)'
                         r'|\w+_(msgs|srvs)$')
 # Files that import ROS, or stand on those that do: nobody else imports them.
-ROS_FILES = 'node', 'bench/demo', 'bench/live'
+ROS_FILES = 'node', 'bench/demo', 'bench/live', 'bench/soak/stage'
 INSIDE_FUNCTIONS = frozenset({'argcomplete', 'av', 'dask', 'distributed', 'jinja2', 'matplotlib',
                               'pandas', 'rosbags', 'yaml'})
 
@@ -60,6 +60,9 @@ ROOMS = {
                        frozenset({'matplotlib'}), ros=True),
     'bench/live': Room(('bench', 'evaluation', 'flat', 'node', 'pairs'),
                        frozenset({'cv2', 'numpy', 'psutil', 'tqdm'}), ros=True),
+    # Its node and cameras are those of the tests, which test/support starts.
+    'bench/soak': Room(('node', 'pairs'), frozenset({
+        'made_scenes', 'node_process', 'numpy', 'psutil', 'ros_bench'}), ros=True),
 }
 # Folders of kernels, from the bottom to the top: as in ROOMS. What is in none is below all.
 KERNELS = 'possibility', 'scanlines', 'refinement', 'temporal', 'genetic', 'planes'

@@ -5,6 +5,9 @@ from array import array
 from contextlib import suppress
 import time
 
+from bench.soak.events import TOPICS
+from bench.soak.promises import (
+    broken_sums, faults_of, losses_of, losses_told, whole_numbers)
 from drawn_messages import BENT_INFOS, COLUMNS, FILES, FORMATS, IMAGES, INFOS, ROWS
 from fuzzed import damages, examples
 from hypothesis import given, Phase, settings, strategies as st
@@ -12,8 +15,6 @@ from made_messages import compressed, values_of
 from made_scenes import shifted_pair
 import numpy as np
 import pytest
-from soak_figures import broken_sums, faults_of, losses_of, losses_told, whole_numbers
-from soak_script import TOPICS
 
 pytest.importorskip('rclpy', reason='rclpy is not importable: no ROS 2 here')
 from rclpy.serialization import serialize_message  # noqa: E402, I100

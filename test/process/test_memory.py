@@ -72,10 +72,10 @@ thread.join()
 MATCHES = 500
 MATCHING = f"""
 import sys
-sys.path[:0] = 'test/support', 'test/soak'
+sys.path[:0] = ['test/support']
 from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
 from made_scenes import shifted_pair
-from soaked_node import held
+from bench.soak.soaked_node import held
 
 matcher = StereoMatcher(MatcherConfig(disparities=24, threads=1))
 for _ in range(2):

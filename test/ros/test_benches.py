@@ -1,11 +1,12 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""The demo and the benchmark beside a camera, in short runs with the real node."""
+"""The demo, the benchmark beside a camera and a soak, in short runs with the real node."""
 import os
 import re
 import subprocess
 import sys
 
+from bench.soak.events import KINDS
 from fuzzy_stereo_ros.pairs.image_files import read_image
 from node_process import START
 import pytest
@@ -55,3 +56,19 @@ def test_a_short_run_writes_its_section_and_every_pair_is_accounted_for(ros, tmp
     assert abs(pairs - matched - dropped) <= 2      # one waits and one is matched at the end
     assert 0 < median <= high
     assert re.search(r'^\| 60 pairs/s: ratio *\|', written, re.MULTILINE)
+
+
+# Three rounds do not level what is kept for the next message, nor what other programs take.
+SHORT = ('--minutes 0 --rows 240 --columns 320 --disparities 16 --between 0.1 --work 400 '
+         '--memory 2 --resident 15 --verbose').split()
+
+
+@pytest.mark.alone
+@pytest.mark.timeout(2 * START)
+def test_in_a_short_soak_every_promise_is_kept(ros):
+    done = subprocess.run(
+        [sys.executable, '-m', 'bench.soak', *SHORT], cwd=ROOT, capture_output=True, text=True,
+        env={**os.environ, 'PYTHONPATH': str(ROOT / 'test' / 'support')}, check=False)
+    assert done.returncode == 0, f'{done.stdout}{done.stderr}'
+    assert all(f': {kind} ' in done.stdout for kind in KINDS)
+    assert done.stdout.count('kept: ') == 8 and 'BROKEN' not in done.stdout

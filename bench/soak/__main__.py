@@ -12,10 +12,10 @@ import sys
 from tempfile import TemporaryDirectory
 import time
 
+from bench.soak.events import DECK, events_of, TOPICS
+from bench.soak.promises import broken_sums, promises_of, Run
+from bench.soak.stage import Stage
 from node_process import own_domain, ros_environment
-from soak_bench import SoakBench
-from soak_figures import broken_sums, promises_of, Run
-from soak_script import DECK, events_of, TOPICS
 
 SHOWN = 'pairs ', 'rejected: ', 'unmatched ', 'lost ', 'stamps went'
 FIRST = TOPICS[0]
@@ -27,7 +27,7 @@ def soak(arguments, folder):
     """Let events happen for a time; return a Run and how many they were."""
     say = print if arguments.verbose else lambda *words: None
     samples, broken, happened, number = [], [], 0, 0
-    with own_domain() as domain, closing(SoakBench(
+    with own_domain() as domain, closing(Stage(
             domain, folder, arguments.rows, arguments.columns, arguments.disparities,
             arguments.rate)) as stage:
         stage.begin()

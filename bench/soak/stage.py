@@ -7,6 +7,9 @@ import json
 import signal
 import time
 
+from bench.soak.events import CHANGES, LARGEST, OUTPUTS, TOPICS
+from bench.soak.promises import Sample, Threads, whole_numbers
+from bench.soak.soaked_node import SAID
 from fuzzy_stereo_ros.node.simulated_cameras import SimulatedCameras
 from fuzzy_stereo_ros.pairs.messages import stamp_of
 from made_scenes import shifted_pair
@@ -14,9 +17,6 @@ from node_process import NodeProcess, SOON
 import psutil
 from ros_bench import BASELINE, Bench, FOCAL
 from sensor_msgs.msg import Image, PointCloud2
-from soak_figures import Sample, Threads, whole_numbers
-from soak_script import CHANGES, LARGEST, OUTPUTS, TOPICS
-from soaked_node import SAID
 from stereo_msgs.msg import DisparityImage
 
 DEPTH = 1000        # messages; more than a flood, so that the middleware loses none
@@ -38,7 +38,7 @@ def node_arguments(disparities, folder):
                             for word in ('-p', f'{name}:={value}'))]
 
 
-class SoakBench(Bench):
+class Stage(Bench):
     """
     The node, a camera that counts what it sends, and a listener; a method for each kind of event.
 
@@ -46,7 +46,7 @@ class SoakBench(Bench):
     threads: Threads.
     """
 
-    node_type = staticmethod(partial(NodeProcess, module='soaked_node'))
+    node_type = staticmethod(partial(NodeProcess, module='bench.soak.soaked_node'))
 
     def __init__(self, domain, folder, rows, columns, disparities, rate):
         """Start the node; rate: pairs/s of a stream."""
