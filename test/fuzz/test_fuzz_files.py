@@ -3,6 +3,7 @@
 """Whatever bytes stand in a file: it is read, or rejected as a ValueError that names it."""
 import io
 import json
+import shutil
 import tracemalloc
 
 import cv2
@@ -13,7 +14,7 @@ from fuzzy_stereo_ros.pairs.camera_files import (
 from fuzzy_stereo_ros.pairs.camera_formats import read_cameras
 from fuzzy_stereo_ros.pairs.disparity_files import (
     encode_numpy, encode_pfm, read_depth, read_disparity)
-from fuzzy_stereo_ros.pairs.image_files import read_image
+from fuzzy_stereo_ros.pairs.image_files import read_image, write_image
 from fuzzy_stereo_ros.saved_pair import read_saved_pair, write_saved_pair
 from hypothesis import given, strategies as st
 from made_messages import noise
@@ -266,3 +267,39 @@ def test_arrays_that_unpack_to_more_than_the_file_are_rejected_unread(saved, pla
     most = tracemalloc.get_traced_memory()[1]
     tracemalloc.stop()
     assert most < 2**24
+
+
+# ---- what a replay has written ----
+
+
+@pytest.fixture(scope='module')
+def matched(tmp_path_factory):
+    """Return a folder of maps that a replay wrote, and the words that continue it."""
+    folder = tmp_path_factory.mktemp('frames')
+    for side in ('left', 'right'):
+        (folder / side).mkdir()
+        for number in range(3):
+            write_image(folder / side / f'{number}.png', noise(16, 24))
+    words = ['replay', *(str(folder / side) for side in ('left', 'right')), '--output',
+             str(folder / 'out'), '--disparities', '4', '--format', 'none', '--files', 'npy']
+    assert main(words) == 0
+    return folder / 'out', [*words, '--resume']
+
+
+@examples(60)
+@given(data=st.data(), name=st.sampled_from(['replay.json', 'progress.json']))
+def test_a_replay_with_a_record_of_any_bytes_is_continued_or_rejected(
+        matched, tmp_path_factory, capsys, data, name):
+    out, words = matched
+    whole = shutil.copytree(out, tmp_path_factory.mktemp('whole') / 'out')
+    (out / name).write_bytes(data.draw(st.one_of(
+        damaged((whole / name).read_bytes()), st.just(b'[' * 100_000),
+        PLAIN.map(lambda plain: json.dumps(plain).encode()))))
+    capsys.readouterr()
+    code, said = main(words), capsys.readouterr().err
+    maps = [path.name for path in (out / 'disparity').iterdir()]
+    shutil.rmtree(out)
+    whole.rename(out)
+    assert len(maps) == 3 and 'Traceback' not in said
+    assert code == 0 or code == 2 and said.count('\n') == 1 and (
+        name in said or '--resume needs the options' in said or 'the last pairs' in said), said

@@ -3,27 +3,30 @@
 """Whatever ends a replay, what was matched is a bag, it says up to where, and can go on."""
 from contextlib import contextmanager
 import errno
+from functools import partial
 import json
 import os
 import signal
 
+from fuzzed import examples
 from fuzzy_stereo_ros.bags import writing as bag_writing
-from fuzzy_stereo_ros.bags.writing import BagWriter, UNFINISHED
+from fuzzy_stereo_ros.bags.writing import BagWriter, FORMATS, METADATA, UNFINISHED
 from fuzzy_stereo_ros.commands import replay as command
 from fuzzy_stereo_ros.matching import StereoMatcher
 from fuzzy_stereo_ros.pairs.disparity_files import write_disparity
-from fuzzy_stereo_ros.replay import sinks as replay_sinks
+from fuzzy_stereo_ros.replay import segments, sinks as replay_sinks
 from fuzzy_stereo_ros.replay.loop import interruption
-from fuzzy_stereo_ros.replay.options import WARM_PAIRS
+from fuzzy_stereo_ros.replay.options import SEGMENT_PAIRS, WARM_PAIRS
 from fuzzy_stereo_ros.replay.report import ProgressBar
 from fuzzy_stereo_ros.replay.sinks import BagSink
-from fuzzy_stereo_ros.synthetic.scenes import make_sequence
+from hypothesis import given, settings, strategies as st
 from made_bags import (
-    BEGIN, COLUMNS, content, DISPARITIES, disparities, ROWS, scene, stamps, STEP, TOPICS,
-    write_bag, write_torn_bag)
+    BEGIN, content, DISPARITIES, disparities, scene, stamps, STEP, TOPICS, write_bag,
+    write_torn_bag)
+from made_messages import values_of
 import numpy as np
 import pytest
-from replayed import figures, INTERRUPTED, matches, rejection, replay, RESTRICTED, run, TERMINATED
+from replayed import figures, INTERRUPTED, rejection, replay, RESTRICTED, run
 
 
 @pytest.fixture
@@ -34,7 +37,7 @@ def bag(folder):
 @pytest.fixture
 def interrupted(monkeypatch):
     """Return a function that runs a replay which gets a signal after so many pairs."""
-    def interrupted(pairs, number=signal.SIGINT, code=INTERRUPTED, **options):
+    def interrupted(pairs, number=signal.SIGINT, code=INTERRUPTED, bag='bag', **options):
         steps = []
 
         def step(bar):
@@ -44,15 +47,9 @@ def interrupted(monkeypatch):
 
         with monkeypatch.context() as patch:
             patch.setattr(ProgressBar, 'step', step)
-            assert replay('bag', **options) == code
+            assert replay(bag, **options) == code
 
     return interrupted
-
-
-def chatter(bag, number, log_time):
-    """Write what may be copied: two messages before each pair."""
-    for part in range(2):
-        bag.write('/chatter', bag.make('std_msgs/msg/Int32', data=2 * number + part), log_time)
 
 
 def equal(one, other):
@@ -61,87 +58,109 @@ def equal(one, other):
         np.array_equal(one[stamp], other[stamp]) for stamp in one)
 
 
-def chain(pairs, first):
+def chain(pairs, first=0, times=None):
     """Return what the matcher finds from a pair on, as the DisparityImages have it."""
-    return [np.where(np.isnan(match.disparity), -1, np.maximum(match.disparity, 0))
-            for match in matches(pairs[first:], stamps(len(pairs))[first:])]
+    times, matcher = times or stamps(len(pairs)), StereoMatcher(disparities=DISPARITIES)
+    found = []
+    for number in range(first, len(pairs)):
+        if number and times[number] < times[number - 1]:
+            matcher.reset()
+        match = matcher.match(*pairs[number][:2], times[number])
+        found.append(np.where(np.isnan(match.disparity), -1, np.maximum(match.disparity, 0)))
+    return found
 
 
-@pytest.mark.parametrize(('storage', 'number', 'code'), [
-    ('mcap', signal.SIGINT, INTERRUPTED), ('sqlite3', signal.SIGTERM, TERMINATED)])
-def test_an_interrupted_replay_is_a_bag_and_continues_to_the_same_bits(
-        folder, capsys, interrupted, storage, number, code):
-    write_bag(folder / 'bag', pairs=scene(8), more=chatter)
-    options = ['--format', storage, '--keep', '/chatter', '--with', 'confidence']
-    assert replay('bag', output='whole', options=options) == 0
-    interrupted(5, number, code, options=options)
-    assert 'interrupted: out holds 5 pairs, up to 0.140 s into the bag; --resume continues' in \
-        capsys.readouterr().err
-    whole = disparities(folder / 'whole')
-    assert equal(disparities(folder / 'out'), {stamp: whole[stamp] for stamp in stamps(5)})
-    found = figures(capsys, 'bag', options=[*options, '--resume'])
-    assert (found['pairs']['matched'], found['pairs']['matched_again']) == (3, 5)
-    assert equal(disparities(folder / 'out'), whole)
-    written, expected = (
-        [(topic, log_time) for topic, log_time, _ in content(folder / name)]
-        for name in ('out', 'whole'))
-    assert written == expected
+def chatter(bag, number, log_time):
+    """Write what may be copied: two messages before each pair."""
+    for part in range(2):
+        bag.write('/chatter', bag.make('std_msgs/msg/Int32', data=2 * number + part), log_time)
 
 
-def test_a_resumed_replay_is_warm_from_a_few_pairs_before(folder, capsys, interrupted):
-    pairs = scene(WARM_PAIRS + 8)
-    write_bag(folder / 'bag', pairs=pairs)
-    interrupted(WARM_PAIRS + 4)
-    assert replay('bag', options=['--resume']) == 0
-    assert f'4 pairs matched, {WARM_PAIRS} matched again to warm up' in \
-        capsys.readouterr().out
-    found = disparities(folder / 'out')
-    assert list(found) == stamps(len(pairs))
-    for values, expected in zip(list(found.values())[-4:], chain(pairs, 4)[-4:], strict=True):
-        np.testing.assert_array_equal(values, expected)
+ROUND = 14      # pairs, after which a recording that loops begins again with its stamps
+SIGNALS = {'interrupted': signal.SIGINT, 'terminated': signal.SIGTERM, 'full disk': None,
+           'killed': signal.SIGKILL, 'interrupted with its workers': signal.SIGINT}
+STRUCK = """\
+import os, sys
+from fuzzy_stereo_ros.bags import writing
+from fuzzy_stereo_ros.commands.command_line import main
+from fuzzy_stereo_ros.replay.report import ProgressBar
+steps = []
+def step(bar):
+    steps.append(None)
+    if len(steps) == int(sys.argv[1]):
+        os.killpg(0, %d)
+if __name__ == '__main__':
+    ProgressBar.step = step
+    writing.PART_BYTES = 2**18
+    sys.exit(main(sys.argv[2:]))
+"""
 
 
-def looped(number, messages):
-    """Give the pairs of every other 20 the stamps of the first ones, as where a bag was looped."""
-    stamp = BEGIN + number % 20 * STEP
-    for message in messages.values():
-        message.header.stamp.sec, message.header.stamp.nanosec = divmod(stamp, 10**9)
+@pytest.mark.parametrize('how', SIGNALS)
+def test_whatever_ends_a_replay_what_was_matched_is_a_bag_and_continues_to_what_the_rest_would_be(
+        folder, capsys, monkeypatch, interrupted, how):
+    """Copies, files and the confidence too; in segments bit for bit, else warm again."""
+    in_segments, others = 'workers' in how, how in ('killed', 'interrupted with its workers')
+    every = scene(SEGMENT_PAIRS + 20 if in_segments else 2 * ROUND - 6)
+    monkeypatch.setattr(bag_writing, 'PART_BYTES', 2**18)       # of several pairs
+    times = {'bag': stamps(len(every)), 'looped': [
+        BEGIN + number % ROUND * STEP for number in range(len(every))]}
 
+    def stamped(name, number, messages):
+        for message in messages.values():
+            message.header.stamp.sec, message.header.stamp.nanosec = divmod(
+                times[name][number], 10**9)
 
-@pytest.mark.parametrize('in_segments', [False, True])
-def test_a_looped_recording_goes_on_in_the_round_it_was_interrupted_in(
-        folder, capsys, interrupted, in_segments):
-    pairs = [pair for seed in range(3) for pair in make_sequence(
-        ROWS, COLUMNS, DISPARITIES, 20, seed=seed, noise=6.0)]
-    write_bag(folder / 'bag', pairs=pairs, change=looped)
-    options = ['--files', 'npy', *(['--workers', 1] if in_segments else [])]
-    forms = [], ['--format', 'none']
-    for number, form in enumerate(forms):
-        assert replay('bag', output=f'whole{number}', options=[*options, *form]) == 0
-        interrupted(45, output=f'out{number}', options=[*options, *form])
-        foreign = folder / f'out{number}' / 'disparity' / 'mine.npy'
-        foreign.write_text("not a replay's")
-        found = figures(capsys, 'bag', output=f'out{number}', options=[
-            *options, *form, '--resume'])
-        foreign.unlink()
-        assert found['pairs']['matched'] == 15
-        assert found['pairs']['matched_again'] >= WARM_PAIRS
-        files, expected = (
-            {path.name: path.read_bytes() for path in (folder / name / 'disparity').iterdir()}
-            for name in (f'out{number}', f'whole{number}'))
-        assert files == expected and len(files) == 60
-    written, expected = (
-        [(topic, log_time, bytes(message.image.data)) for topic, log_time, message
-         in content(folder / name, '/disparity')] for name in ('out0', 'whole0'))
-    assert written == expected and len(written) == 60
+    for name in times:
+        write_bag(folder / name, pairs=every, more=chatter, change=partial(stamped, name))
 
+    def written(name):
+        found = content(folder / name) if (folder / name / METADATA).exists() else []
+        return [one[:2] for one in found], [
+            values_of(message.image) for topic, _, message in found if topic == '/disparity']
 
-@pytest.mark.parametrize('content', ['{', '{}', '[1]', '[["a", 1]]', '[[1, 2, 3]]'])
-def test_a_damaged_progress_of_files_is_rejected(folder, bag, capsys, interrupted, content):
-    options = ['--files', 'npy', '--format', 'none']
-    interrupted(3, options=options)
-    (folder / 'out' / 'progress.json').write_text(content)
-    assert 'progress.json is damaged' in rejection(capsys, 'bag', options=[*options, '--resume'])
+    def end(name, pairs, options):
+        if others:
+            return run(STRUCK % SIGNALS[how], pairs, name, *options, *in_segments * (
+                '--workers', 2)).stderr
+        if how == 'full disk':
+            write, room = BagWriter._write, iter(range(5 * pairs))
+
+            def limited(*given):
+                if next(room, None) is None:
+                    raise OSError(errno.ENOSPC, 'No space left on device')
+                write(*given)
+
+            with monkeypatch.context() as patch:
+                patch.setattr(BagWriter, '_write', limited)
+                return rejection(capsys, name, options=options)
+        interrupted(pairs, SIGNALS[how], 128 + SIGNALS[how], bag=name, options=options)
+        return capsys.readouterr().err
+
+    @settings(examples(2 if others else 4), deadline=None)
+    @given(st.sampled_from(FORMATS), st.sampled_from([*times]), st.integers(2, len(every) - 1),
+           st.sampled_from([[], ['--files', 'npy']]))
+    def ends(storage, name, pairs, files):
+        options = ['--format', storage, '--keep', '/chatter', '--with', 'confidence', *files]
+        alone = [*options, *in_segments * ('--workers', 1)]
+        assert replay(name, output='whole', options=[*alone, '--overwrite']) == 0
+        (topics, whole), said = written('whole'), end(name, pairs, [*options, '--overwrite'])
+        left = len(written('out')[1])
+        assert (left <= pairs) if how in ('killed', 'full disk') else left == pairs
+        if how != 'killed' and left:
+            assert f'out holds {left} pairs, up to ' in said
+        if how == 'full disk':
+            assert 'out cannot be written any further: No space left on device' in said
+        found = figures(capsys, name, options=[*alone, '--resume' if left else '--overwrite'])
+        assert found['pairs']['matched'] == len(every) - left
+        again, values = written('out')
+        expected = whole if in_segments else whole[:left] + chain(
+            every, max(left - WARM_PAIRS, 0), times[name])[min(left, WARM_PAIRS):]
+        assert again == topics and all(map(np.array_equal, values, expected))
+        assert len(values) == len(expected) == len(every)
+        assert not files or len([*(folder / 'out' / 'disparity').iterdir()]) == len(every)
+
+    ends()
 
 
 def test_no_link_that_was_put_into_an_output_is_followed(folder, bag, capsys, interrupted):
@@ -190,17 +209,6 @@ def test_an_interruption_while_kernels_are_compiled_ends_at_once(folder, bag, mo
                         lambda *arguments: os.kill(os.getpid(), signal.SIGINT))
     assert replay('bag') == INTERRUPTED
     assert {path.name for path in folder.iterdir()} == {'bag'}
-
-
-def test_a_second_interruption_ends_at_once_and_leaves_a_bag(folder, bag, capsys, monkeypatch):
-
-    def step(bar):
-        for _ in range(2):
-            os.kill(os.getpid(), signal.SIGINT)
-
-    monkeypatch.setattr(ProgressBar, 'step', step)
-    assert replay('bag') == INTERRUPTED
-    assert list(disparities(folder / 'out')) == stamps(1)
 
 
 def test_interruptions_while_the_last_pair_is_written_leave_a_bag(folder, bag, monkeypatch):
@@ -276,69 +284,6 @@ sys.meta_path.insert(0, Finder)
 from fuzzy_stereo_ros.commands.command_line import main
 sys.exit(main(sys.argv[2:]))
 """
-KILLED = """\
-import os, signal, sys
-from fuzzy_stereo_ros.bags import writing
-from fuzzy_stereo_ros.commands.command_line import main
-from fuzzy_stereo_ros.replay.report import ProgressBar
-steps = []
-def step(bar):
-    steps.append(None)
-    if len(steps) == int(sys.argv[1]):
-        os.kill(os.getpid(), signal.SIGKILL)
-ProgressBar.step = step
-writing.PART_BYTES = 2**20
-main(sys.argv[2:])
-"""
-
-
-@pytest.mark.parametrize('storage', ['mcap', 'sqlite3'])
-def test_a_full_disk_is_reported_and_the_replay_continues_later(
-        folder, capsys, monkeypatch, storage):
-    write, written = BagWriter._write, []
-
-    def limited(writer, *arguments):
-        written.append(None)
-        if len(written) > 40:
-            raise OSError(errno.ENOSPC, 'No space left on device')
-        write(writer, *arguments)
-
-    pairs = scene(30, rows=120, columns=240)
-    write_bag(folder / 'bag', pairs=pairs)
-    options = ['--format', storage]
-    monkeypatch.setattr(bag_writing, 'PART_BYTES', 2**20)
-    monkeypatch.setattr(BagWriter, '_write', limited)
-    sentence = rejection(capsys, 'bag', options=options)
-    left = len(disparities(folder / 'out'))
-    assert 10 < left < 20
-    assert sentence.startswith('out cannot be written any further: No space left on device')
-    assert f'; out holds {left} pairs, up to ' in sentence
-    monkeypatch.setattr(BagWriter, '_write', write)
-    assert replay('bag', options=[*options, '--resume']) == 0
-    assert list(disparities(folder / 'out')) == stamps(30)
-    assert len(content(folder / 'out', '/preview')) == 30
-
-
-def test_a_replay_that_was_killed_early_continues(folder, bag):
-    assert run(KILLED, 3, 'bag').returncode == -signal.SIGKILL
-    assert replay('bag', options=['--resume']) == 0
-    assert list(disparities(folder / 'out')) == stamps(6)
-
-
-def test_a_killed_replay_continues_after_its_last_complete_part(folder, capsys):
-    pairs = scene(30, rows=120, columns=240)
-    write_bag(folder / 'bag', pairs=pairs, more=chatter)
-    assert run(KILLED, 20, 'bag', '--keep', '/chatter').returncode == -signal.SIGKILL
-    assert (folder / 'out' / UNFINISHED).exists()
-    found = figures(capsys, 'bag', options=['--resume', '--keep', '/chatter'])
-    assert found['pairs']['matched_again'] == WARM_PAIRS
-    written = content(folder / 'out')
-    assert list(disparities(folder / 'out')) == stamps(30)
-    for topic, number in (('/disparity', 30), ('/preview', 30), ('/chatter', 60)):
-        times = [log_time for name, log_time, _ in written if name == topic]
-        assert len(times) == number, topic
-        assert times == sorted(times)
-    assert [message.data for name, _, message in written if name == '/chatter'] == list(range(60))
 
 
 def test_a_disk_that_is_full_for_files_ends_it_with_a_sentence(folder, bag, capsys):
@@ -446,9 +391,23 @@ def test_an_output_never_replaces_an_input(folder, bag, capsys):
         '--output is out, which holds the input out/out_0.mcap')
 
 
-@pytest.mark.parametrize('content', ['{', '[1]', '[' * 100_000])
-def test_a_damaged_record_is_rejected(folder, bag, capsys, content):
-    assert replay('bag') == 0
-    (folder / 'out' / 'replay.json').write_text(content)
-    assert 'replay.json is damaged; start over with --overwrite' in rejection(
-        capsys, 'bag', options=['--resume'])
+def test_an_interruption_while_workers_start_ends_after_their_start(
+        folder, bag, capfd, monkeypatch):
+    events = []
+
+    def cluster(options, log, opened):
+        opened.callback(closed)
+        os.kill(os.getpid(), signal.SIGINT)
+        events.append('started')
+
+    def closed():
+        os.kill(os.getpid(), signal.SIGINT)
+        events.append('closed')
+
+    monkeypatch.setattr(segments, '_open_cluster', cluster)
+    handler = signal.getsignal(signal.SIGINT)
+    assert replay('bag', options=['--workers', 1]) == INTERRUPTED
+    assert events == ['started', 'closed']
+    assert signal.getsignal(signal.SIGINT) is handler
+    assert capfd.readouterr().err == ''
+    assert [path.name for path in folder.iterdir()] == ['bag']

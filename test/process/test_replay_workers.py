@@ -2,39 +2,20 @@
 # SPDX-License-Identifier: Apache-2.0
 """`fuzzy-stereo replay` on workers: always the same segments, whoever matches them and dies."""
 from concurrent.futures import ThreadPoolExecutor
-import os
 import signal
-import subprocess
-import sys
 
 from dask_processes import dask_processes
 from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
 from fuzzy_stereo_ros.pairs.image_files import write_image
 from fuzzy_stereo_ros.replay.options import SEGMENT_PAIRS, WARM_PAIRS
 from made_bags import (
-    BEGIN, content, DISPARITIES, disparities, scene, stamps, STEP, TOPICS, write_bag,
-    write_torn_bag)
+    BEGIN, content, DISPARITIES, disparities, scene, stamps, STEP, TOPICS, write_bag)
 from made_messages import values_of
 import numpy as np
 import pytest
-from replayed import figures, rejection, replay
-from repository import ROOT
+from replayed import figures, replay
 
 PAIRS = 2 * SEGMENT_PAIRS + 20
-INTERRUPTED = 130
-INTERRUPTED_AT = """\
-import os, signal, sys
-from fuzzy_stereo_ros.commands.command_line import main
-from fuzzy_stereo_ros.replay.report import ProgressBar
-steps = []
-def step(bar):
-    steps.append(None)
-    if len(steps) == int(sys.argv[1]):
-        os.killpg(0, signal.SIGINT)
-if __name__ == '__main__':
-    ProgressBar.step = step
-    sys.exit(main(sys.argv[2:]))
-"""
 HALTING = """\
 import threading
 from fuzzy_stereo_ros.replay import segments
@@ -178,42 +159,3 @@ def test_a_worker_that_is_killed_loses_nothing(folder, capfd, cluster):
     assert found['pairs']['matched'] == len(pairs)
     assert found['segments'] == {'matched': 5, 'pairs': SEGMENT_PAIRS, 'workers': 3}
     assert_same(written(folder / 'out'), in_segments(pairs))
-
-
-def run(*arguments):
-    """Run `fuzzy-stereo replay` in a process and a group of processes of its own."""
-    return subprocess.run(
-        [sys.executable, '-c', INTERRUPTED_AT, *map(str, arguments), '--output', 'out',
-         '--disparities', str(DISPARITIES)], capture_output=True, text=True,
-        start_new_session=True, env={**os.environ, 'PYTHONPATH': str(ROOT)})
-
-
-def test_one_worker_continues_two_interrupted_ones_to_the_same_bits(folder, capsys):
-    pairs, later = scene(PAIRS), 12
-    write_bag(folder / 'bag', pairs=pairs)
-    ended = run(SEGMENT_PAIRS + later, 'replay', 'bag', '--workers', 2)
-    assert ended.returncode == INTERRUPTED
-    assert ended.stderr.splitlines() == [
-        f'interrupted: out holds {SEGMENT_PAIRS + later} pairs, up to '
-        f'{((SEGMENT_PAIRS + later - 1) * STEP + 3) / 1e9:.3f} s into the bag; --resume continues']
-    expected = in_segments(pairs)
-    assert_same(written(folder / 'out'), expected[:SEGMENT_PAIRS + later])
-    assert rejection(capsys, 'bag', options=['--resume']) == (
-        '--resume needs the options of the first run; different are segments '
-        f'({SEGMENT_PAIRS}, now None)')
-    found = figures(capsys, 'bag', options=['--workers', 1, '--resume'])
-    assert found['segments'] == {'matched': 2, 'pairs': SEGMENT_PAIRS, 'workers': 1}
-    assert found['pairs']['matched'] == PAIRS - SEGMENT_PAIRS - later
-    assert found['pairs']['matched_again'] == WARM_PAIRS + later + WARM_PAIRS
-    assert_same(written(folder / 'out'), expected)
-
-
-def test_a_damaged_bag_is_matched_up_to_the_damage(folder, capsys, cluster):
-    pairs = scene(60, rows=120, columns=240)
-    write_torn_bag(folder / 'bag', pairs, 30)
-    sentences = [rejection(capsys, 'bag', output=output, options=['--keep', TOPICS[0], *options])
-                 for output, options in (('plain', []), ('out', ['--scheduler', cluster.address]))]
-    assert sentences[0] == sentences[1].replace('out holds', 'plain holds')
-    found, plain = (content(folder / name) for name in ('out', 'plain'))
-    assert [one[:2] for one in found] == [one[:2] for one in plain]
-    assert 10 < len(written(folder / 'out')) <= 30

@@ -54,10 +54,10 @@ def clean_rejection(capsys, *bags, **options):
 
 
 def run(code, number, *arguments):
-    """Run `fuzzy-stereo replay` in a process of its own, restricted by a number."""
+    """Run `fuzzy-stereo replay` in a process and a group of its own, restricted by a number."""
     return subprocess.run(
         [sys.executable, '-c', code, str(number), 'replay', *map(str, arguments), '--output',
-         'out', '--disparities', '16'], capture_output=True, text=True,
+         'out', '--disparities', '16'], capture_output=True, text=True, start_new_session=True,
         env={**os.environ, 'PYTHONPATH': str(ROOT)})
 
 

@@ -190,20 +190,6 @@ def test_a_camera_info_that_came_once_is_kept_where_that_is_asked_for(folder, ca
     assert_matched(disparities(folder / 'out'), scene(), slice(first, None))
 
 
-def test_of_camera_info_that_is_kept_the_newest_before_the_start_counts(folder):
-    def seldom(number, messages):
-        for topic in TOPICS[1::2]:
-            if number not in (0, 2):
-                del messages[topic]
-            elif number:
-                messages[topic].p[:] *= [2, 1, 1, 2, 1, 2, 1, 1, 1, 1, 1, 1]
-
-    write_bag(folder / 'bag', change=seldom)
-    assert replay('bag', options=['--start', 4 * STEP / 1e9, '--cache-camera-info']) == 0
-    found = [message.f for _, _, message in content(folder / 'out', '/disparity')]
-    assert found == 2 * [2 * FOCAL]
-
-
 def test_a_part_of_the_bag_and_some_of_its_pairs_can_be_chosen(folder, capsys):
     write_bag(folder / 'bag', pairs=scene(10))
     second = 1e-9 * STEP
@@ -249,16 +235,6 @@ def test_topics_are_copied_in_their_order_of_time_between_the_results(folder):
     assert replay('bag', output='all', options=['--keep']) == 0
     assert {topic for topic, _, _ in content(folder / 'all')} == {
         *TOPICS, '/chatter', '/disparity', '/preview'}
-
-
-def test_messages_after_the_last_pair_are_copied_too(folder):
-    def more(bag, number, log_time):
-        if number == 5:
-            bag.write('/chatter', bag.make('std_msgs/msg/Int32', data=1), log_time + STEP)
-
-    write_bag(folder / 'bag', more=more)
-    assert replay('bag', options=['--keep', '/chatter']) == 0
-    assert len(content(folder / 'out', '/chatter')) == 1
 
 
 def test_results_of_an_earlier_replay_are_no_obstacle(folder, capsys):
@@ -348,25 +324,6 @@ def test_a_jump_back_resets_the_matcher_and_loses_nothing(folder, capsys):
         np.testing.assert_array_equal(values[valid], np.maximum(match.disparity[valid], 0))
 
 
-def test_pairs_of_one_stamp_have_a_file_each_that_a_resumed_replay_names_alike(folder):
-    write_bag(folder / 'bag', pairs=scene(8), change=loop)
-    options = ['--format', 'none', '--files', 'npy']
-    assert replay('bag', options=options) == 0
-    names = [*(f'{stamp:019}.npy' for stamp in stamps(4)),
-             *(f'{stamp:019}_1.npy' for stamp in stamps(4))]
-    files = {path.name: path.read_bytes() for path in (folder / 'out' / 'disparity').iterdir()}
-    assert sorted(files) == sorted(names) and len({*files.values()}) == 8
-    progress = json.loads((folder / 'out' / 'progress.json').read_text())
-    (folder / 'out' / 'progress.json').write_text(json.dumps(progress[:6]))
-    for name in names[6:]:      # one is left of the pair in which the replay ended
-        (folder / 'out' / 'disparity' / name).write_bytes(b'')
-    (folder / 'out' / 'disparity' / names[7]).unlink()
-    assert replay('bag', options=[*options, '--resume']) == 0
-    again = {path.name: path.read_bytes() for path in (folder / 'out' / 'disparity').iterdir()}
-    assert again.keys() == files.keys() and all(again.values())
-    assert all(again[name] == files[name] for name in names[:6])
-
-
 def test_a_calibration_that_changes_in_the_middle_is_reported(folder, capsys):
     def changed(number, messages):
         if number >= 3:
@@ -379,18 +336,6 @@ def test_a_calibration_that_changes_in_the_middle_is_reported(folder, capsys):
         'the calibration changed; calibration.json of --files is the one of the last '
         'pairs']
     assert json.loads((folder / 'out/calibration.json').read_text())['focal'] == 2 * FOCAL
-
-
-def test_different_rates_leave_messages_over_that_are_counted(folder, capsys):
-    def drop(number, messages):
-        for topic in TOPICS[2:] if number % 2 else ():
-            del messages[topic]
-
-    write_bag(folder / 'bag', change=drop)
-    found = figures(capsys, 'bag')
-    assert found['pairs']['matched'] == 3
-    assert found['messages']['unmatched'] == dict(zip(TOPICS, (3, 3, 0, 0)))
-    assert stamp_of(content(folder / 'out', '/disparity')[-1][2].header) == stamps()[4]
 
 
 @pytest.mark.skipif(not GENERATED.exists(), reason=f'there is no {GENERATED}')

@@ -2,7 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """What `fuzzy-stereo replay` does with folders of images and videos: the same as with a bag."""
 import json
-import sys
 
 import cv2
 from fuzzy_stereo_ros.commands.command_line import main
@@ -13,7 +12,7 @@ from fuzzy_stereo_ros.pairs.image_files import write_image
 from made_bags import COLUMNS, content, disparities, ROWS, scene
 import numpy as np
 import pytest
-from replayed import figures, matches, rejection, replay
+from replayed import figures, matches, replay
 
 STEP = 100_000_000      # ns, at the usual rate
 
@@ -92,17 +91,6 @@ def test_what_synthesise_writes_is_matched_with_its_cameras_and_resumed(folder, 
                    disparities(folder / 'whole').values()))
 
 
-def test_without_rosbags_nothing_is_left_that_blocks_the_next_try(folder, capsys, monkeypatch):
-    with monkeypatch.context() as patch:
-        for name in ('rosbags', 'rosbags.rosbag2', 'rosbags.typesys'):
-            patch.setitem(sys.modules, name, None)
-        assert "pip install 'fuzzy_stereo_ros[bags]'" in rejection(capsys, 'left', 'right')
-        assert not (folder / 'out').exists()
-        assert replay('left', 'right', output='maps', options=[
-            '--format', 'none', '--files', 'npy']) == 0
-    assert replay('left', 'right') == 0
-
-
 def test_a_calibration_reaches_the_matcher(folder, capsys):
     found = figures(capsys, 'left', 'right', options=[
         '--files', 'npy', '--focal', 200, '--baseline', 0.12])
@@ -170,24 +158,3 @@ def test_a_frame_that_one_camera_lacks_or_that_is_damaged_costs_its_pair_alone(f
     assert found['pairs']['matched'] == 4
     assert found['pairs']['rejected'] == {'damaged image': 1}
     assert found['messages']['unmatched'] == {'/left/image_rect': 1, '/right/image_rect': 0}
-
-
-def test_frames_that_make_no_pairs_are_rejected_in_one_sentence(folder, capsys):
-    (folder / 'names').mkdir()
-    write_image('names/a.png', np.zeros((4, 4), np.uint8))
-    (folder / 'film.mp4').write_bytes(b'no video')
-    for inputs, options, sentence in (
-            (['left', 'names'], [], 'left and names: names as left_0 and a do not tell which '
-             'images belong together; give those of a pair one name, number or time'),
-            (['names'], [], 'names has no folders left and right, and no images that are named by '
-             'their camera (left_0.png and right_0.png); name two folders'),
-            (['left', 'right', 'names'], [], 'two folders, videos or patterns in quotes'),
-            (['film.mp4'], [], 'film.mp4 is not a video that OpenCV can read'),
-            (['film.mp4', 'left'], [], 'one is a video, the other is not'),
-            (['left', 'no*.png'], [], 'no*.png has no images (.png, '),
-            (['left', 'right'], ['--keep'], '--keep names topics of a bag'),
-            (['left', 'right'], ['--rate', 0], '--rate is 0; allowed are numbers above 0'),
-            (['left', 'right'], ['--with', 'depth'], 'needs the cameras: give --focal and')):
-        assert sentence in rejection(capsys, *inputs, options=options)
-    assert main(['match', 'left', 'right', '--disparities', '16', '--output', 'a.pfm']) == 2
-    assert 'fuzzy-stereo replay left right --output matched' in capsys.readouterr().err

@@ -3,61 +3,160 @@
 """Bad input to `fuzzy-stereo replay` is one sentence, exit code 2, and nothing written."""
 from functools import partial
 import io
+import sys
 
+from fuzzy_stereo_ros import __version__
+from fuzzy_stereo_ros.commands.command_line import main
+from fuzzy_stereo_ros.pairs.image_files import write_image
 from fuzzy_stereo_ros.parameters.options import add_node_options, node_settings
 from fuzzy_stereo_ros.parameters.table import NODE_PARAMETERS
 from fuzzy_stereo_ros.program import Parser
+from fuzzy_stereo_ros.replay import segments
 from fuzzy_stereo_ros.replay.options import READING, RESULTS, SYNCHRONISING
 from fuzzy_stereo_ros.replay.report import ProgressBar
-from made_bags import content, same, TOPICS, write_bag
+from made_bags import content, disparities, same, scene, TOPICS, write_bag
+import numpy as np
 import pytest
-from replayed import clean_rejection, figures, on_a_terminal, replay
+from replayed import clean_rejection, figures, on_a_terminal, replay, run
 
 ROWS = {row.name: row for row in NODE_PARAMETERS}
 NAMES = (*SYNCHRONISING, *READING, *RESULTS)
+OTHER_VERSION = "import fuzzy_stereo_ros; fuzzy_stereo_ros.__version__ = '0.0.7'"
+WITHOUT_PACKAGE = "import sys; sys.modules['fuzzy_stereo_ros'] = None"
+OTHER_OPENCV = "import cv2; cv2.__version__ = '4.0'"
+PLAIN = """\
+import sys
+from fuzzy_stereo_ros.commands.command_line import main
+sys.exit(main(sys.argv[2:]))
+"""
+DEADLY = """\
+import os
+from fuzzy_stereo_ros.replay import segments
+segments.match_or_reject = lambda pair, matcher: os._exit(1)
+"""
 
 
 @pytest.fixture
 def folder(folder):
-    """Work in a folder with a bag."""
+    """Work in a folder with a bag, one without calibration, and frames of two cameras."""
     write_bag(folder / 'bag')
+    write_bag(folder / 'bare', infos=False)
+    for side in ('left', 'right'):
+        (folder / side).mkdir()
+        for number, pair in enumerate(scene(2)):
+            write_image(folder / side / f'{side}_{number}.png', getattr(pair, side))
+    (folder / 'names').mkdir()
+    write_image(folder / 'names' / 'a.png', np.zeros((4, 4), np.uint8))
+    (folder / 'film.mp4').write_bytes(b'no video')
+    (folder / 'before.avi').write_text('the one before')
     return folder
 
 
 @pytest.fixture
-def rejected(folder, capsys):
+def rejected(folder, capfd):
     """Return a function that gives the sentence of a replay, after which nothing is written."""
-    return partial(clean_rejection, capsys)
+    return partial(clean_rejection, capfd)
 
 
-def test_a_missing_topic_is_rejected_with_the_existing_ones(rejected):
-    assert rejected('bag', options=['--left', 'nothing']) == (
-        '--left is /nothing, which is no topic of images in bag; there are /left/image_rect, '
-        '/right/image_rect')
-    assert rejected('bag', options=['--keep', '/nothing']) == (
-        '--keep names /nothing, which is not in bag; there are /left/camera_info, '
-        '/left/image_rect, /right/camera_info, /right/image_rect')
+SENTENCES = [
+    # ---- topics and parts of a bag ----
+    ('bag --left nothing', '--left is /nothing, which is no topic of images in bag; there are '
+     '/left/image_rect, /right/image_rect'),
+    ('bag --keep /nothing', '--keep names /nothing, which is not in bag; there are '
+     '/left/camera_info, /left/image_rect, /right/camera_info, /right/image_rect'),
+    ('bag --start 5', '--start is 5; bag is 0.167 s long'),
+    ('bag --start -1', '--start is -1; bag is 0.167 s long'),
+    ('bag --duration 0', '--duration is 0; allowed are numbers above 0'),
+    ('bag --every 0', '--every is 0; allowed are whole numbers from 1'),
+    ('bag --duration 1e-9', 'bag: no messages were synchronised; '),
+    # ---- cameras ----
+    ('bare --with depth', 'bare, without camera_info beside /left/image_rect and '
+     '/right/image_rect, needs the cameras: give --focal and --baseline, or --calibration with a '
+     'calibration file'),
+    ('bag --focal 200', 'a calibration that is not that of the bag needs the cameras: give '
+     '--baseline'),
+    ('bare --focal 200 --baseline -1', '--baseline is -1; allowed are numbers above 0'),
+    ('bare --calibration missing.yaml b.yaml', 'missing.yaml'),
+    ('bare --focal 200 --baseline 1 --rectify', '--rectify and --crop need the calibration of '
+     'both raw cameras: those of a bag, or --calibration with files of both'),
+    # ---- outputs ----
+    ('bag --format none', '--format none leaves no output; give --files or --video'),
+    ('bag --format none --files npy --keep', '--keep copies topics into a bag, but --format none '
+     'writes none; leave one of the two out'),
+    ('bag --format none --files npy --with points2', '--with adds topics to a bag, but --format '
+     'none writes none; leave one of the two out'),
+    ('bag --files png --min-disparity -3', '--files png holds 0 to 255 px'),
+    ('bag --files png --min-disparity 250', '--files png holds 0 to 255 px'),
+    ('bag --video before.avi', '--video is before.avi, which exists; give another file, or '
+     '--overwrite'),
+    ('bag --video before.avi --resume', '--resume cannot continue before.avi; leave out --video, '
+     'or start over with --overwrite'),
+    ('bag --format none --video a.avi --resume', '--resume continues a bag or --files; there is '
+     'neither'),
+    # ---- values as those of parameters ----
+    ('bag --disparities 0', 'disparities is 0'),
+    ('bag --queue-size 0', 'queue_size is 0; allowed are numbers from 1 to 1000000'),
+    ('bag --depth-encoding x', "depth_encoding is 'x'; allowed are 32FC1, 16UC1"),
+    ('bag --scale 0.3', "scale is '0.3'; allowed are 1, 0.5, 0.25"),
+    # ---- frames ----
+    ('left names', 'left and names: names as left_0 and a do not tell which images belong '
+     'together; give those of a pair one name, number or time'),
+    ('names', 'names has no folders left and right, and no images that are named by their camera '
+     '(left_0.png and right_0.png); name two folders'),
+    ('left right names', 'two folders, videos or patterns in quotes'),
+    ('film.mp4', 'film.mp4 is not a video that OpenCV can read'),
+    ('film.mp4 left', 'one is a video, the other is not'),
+    ('left no*.png', 'no*.png has no images (.png, '),
+    ('left right --keep', '--keep names topics of a bag'),
+    ('left right --rate 0', '--rate is 0; allowed are numbers above 0'),
+    ('left right --with depth', 'needs the cameras: give --focal and'),
+    # ---- workers ----
+    ('bag --workers 0', '--workers is 0; allowed are whole numbers from 1'),
+    ('bag --workers 2 --scheduler tcp://127.0.0.1:1', '--workers starts workers, --scheduler uses '
+     'those of a cluster: give one of them')]
 
 
-def test_a_bag_without_calibration_is_rejected_with_the_options_that_give_one(
-        rejected, folder, capsys):
-    write_bag(folder / 'bare', infos=False)
-    assert rejected('bare', options=['--with', 'depth']) == (
-        'bare, without camera_info beside /left/image_rect and /right/image_rect, needs the '
-        'cameras: give --focal and --baseline, or --calibration with a calibration file')
-    assert 'needs the cameras: give --baseline, or' in rejected('bare', options=['--focal', 200])
-    assert rejected('bag', options=['--focal', 200]).startswith(
-        'a calibration that is not that of the bag needs the cameras: give --baseline')
-    assert rejected('bare', options=['--focal', 200, '--baseline', -1]) == (
-        '--baseline is -1; allowed are numbers above 0')
-    assert 'missing.yaml' in rejected('bare', options=['--calibration', 'missing.yaml', 'b.yaml'])
-    assert rejected('bare', options=['--focal', 200, '--baseline', 1, '--rectify']) == (
-        '--rectify and --crop need the calibration of both raw cameras: those of a bag, or '
-        '--calibration with files of both')
+@pytest.mark.parametrize('words, sentence', SENTENCES, ids=[words for words, _ in SENTENCES])
+def test_what_makes_no_sense_is_rejected_in_one_sentence(rejected, words, sentence):
+    places, dashes, options = words.partition('--')
+    assert sentence in rejected(*places.split(), options=(dashes + options).split())
+
+
+def test_a_bag_needs_a_folder_and_two_folders_are_no_pair_of_images(folder, capsys):
+    assert main(['replay', 'bag', '--video', 'video.avi', '--disparities', '16']) == 2
+    assert capsys.readouterr().err == (
+        'fuzzy-stereo: --output is missing; give a new folder for the results\n')
+    assert main(['match', 'left', 'right', '--disparities', '16', '--output', 'a.pfm']) == 2
+    assert 'fuzzy-stereo replay left right --output matched' in capsys.readouterr().err
+
+
+def test_without_dask_and_rosbags_the_sentence_says_what_to_install(rejected, monkeypatch):
+    with monkeypatch.context() as patch:
+        patch.setitem(sys.modules, 'distributed', None)
+        assert rejected('bag', options=['--workers', 2]) == (
+            "distributed is not installed: pip install 'fuzzy_stereo_ros[cluster]'")
+    for name in ('rosbags', 'rosbags.rosbag2', 'rosbags.typesys'):
+        monkeypatch.setitem(sys.modules, name, None)
+    assert "pip install 'fuzzy_stereo_ros[bags]'" in rejected('left', 'right')
+    assert replay('left', 'right', output='maps', options=[
+        '--format', 'none', '--files', 'npy']) == 0
+
+
+def test_pairs_that_are_all_bad_leave_nothing_and_the_video_before(rejected, folder):
+    def uncalibrated(number, messages):
+        for topic in TOPICS[1::2]:
+            messages[topic].k[0] = messages[topic].p[0] = 0
+
+    write_bag(folder / 'zero', change=uncalibrated)
+    assert rejected('zero', options=['--keep']).startswith(
+        'zero: none of 6 pairs could be matched; the first: left camera_info: the camera is not '
+        'calibrated (P[0] is 0, ')
+    for options in ([], ['--format', 'none']):
+        assert 'none of 6 pairs could be matched' in rejected('bag', disparities=200, options=[
+            '--video', 'before.avi', '--overwrite', *options])
 
 
 def test_numbers_or_files_are_a_calibration(folder, capsys):
-    write_bag(folder / 'bare', infos=False)
     found = figures(capsys, 'bare', options=['--focal', 200, '--baseline', 0.12])
     assert found['calibration'] == (
         'focal length 200 px, baseline 0.12 m and the centre assumed in the middle of the image')
@@ -78,48 +177,6 @@ def test_numbers_or_files_are_a_calibration(folder, capsys):
     for name in ('calibrated', 'files', 'by2', 'by7'):
         assert all(same(one, other) for (_, _, one), (_, _, other) in zip(
             content(folder / 'out'), content(folder / name), strict=True))
-
-
-def test_pairs_that_are_all_bad_leave_nothing(rejected, folder):
-    def uncalibrated(number, messages):
-        for topic in TOPICS[1::2]:
-            messages[topic].k[0] = messages[topic].p[0] = 0
-
-    write_bag(folder / 'zero', change=uncalibrated)
-    assert rejected('zero', options=['--keep']).startswith(
-        'zero: none of 6 pairs could be matched; the first: left camera_info: the camera is not '
-        'calibrated (P[0] is 0, ')
-
-
-def test_a_part_that_is_not_in_the_bag_is_rejected(rejected):
-    assert rejected('bag', options=['--start', 5]) == '--start is 5; bag is 0.167 s long'
-    assert rejected('bag', options=['--start', -1]) == '--start is -1; bag is 0.167 s long'
-    assert rejected('bag', options=['--duration', 0]) == (
-        '--duration is 0; allowed are numbers above 0')
-    assert rejected('bag', options=['--every', 0]) == (
-        '--every is 0; allowed are whole numbers from 1')
-    assert 'no messages were synchronised' in rejected('bag', options=['--duration', 1e-9])
-
-
-def test_outputs_that_make_no_sense_are_rejected(rejected):
-    assert rejected('bag', options=['--format', 'none']) == (
-        '--format none leaves no output; give --files or --video')
-    assert rejected('bag', options=['--format', 'none', '--files', 'npy', '--keep']) == (
-        '--keep copies topics into a bag, but --format none writes none; leave one of the two out')
-    options = ['--format', 'none', '--files', 'npy', '--with', 'points2']
-    assert rejected('bag', options=options) == (
-        '--with adds topics to a bag, but --format none writes none; leave one of the two out')
-    for options in (['--min-disparity', -3], ['--min-disparity', 250]):
-        assert rejected('bag', options=['--files', 'png', *options]).startswith(
-            '--files png holds 0 to 255 px')
-
-
-def test_values_of_options_are_checked_as_those_of_parameters(rejected):
-    assert rejected('bag', disparities=0).startswith('disparities is 0')
-    assert rejected('bag', options=['--queue-size', 0]) == (
-        'queue_size is 0; allowed are numbers from 1 to 1000000')
-    assert rejected('bag', options=['--depth-encoding', 'x']) == (
-        "depth_encoding is 'x'; allowed are 32FC1, 16UC1")
 
 
 @pytest.mark.parametrize('name', NAMES)
@@ -151,3 +208,80 @@ def test_sentences_of_a_kind_are_written_once():
             bar.step()
         bar.log('another')
     assert stream.getvalue() == 'pair 0 is bad\nanother\n'
+
+
+# ---- workers that are not there or cannot match ----
+
+
+@pytest.fixture
+def scheduler(tmp_path_factory):
+    """Return a context manager: a scheduler of Dask."""
+    processes = pytest.importorskip('dask_processes', reason='distributed is not installed')
+    return partial(processes.dask_processes, tmp_path_factory.mktemp('dask'))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize('address', ['tcp://127.0.0.1:1', 'foo://bar:1'])
+def test_an_address_without_scheduler_is_rejected(rejected, monkeypatch, address):
+    monkeypatch.setattr(segments, 'CONNECT_SECONDS', 1)     # nobody is there to answer later
+    assert rejected('bag', options=['--scheduler', address]).startswith(
+        f'--scheduler is {address}, where no Dask scheduler answers: ')
+
+
+@pytest.mark.slow
+def test_an_address_that_is_none_leaves_nothing_that_ends_at_length(folder):
+    ended = run(PLAIN, 0, 'bag', '--scheduler', 'nothing')
+    sentence, = (line for line in ended.stderr.splitlines() if 'compiled kernels' not in line)
+    assert sentence.endswith("answers: missing port number in address 'nothing'")
+
+
+@pytest.mark.slow
+def test_workers_that_cannot_match_are_rejected(
+        folder, rejected, scheduler, capfd, monkeypatch):
+    with scheduler() as processes:
+        name = processes.address
+        options = '--scheduler', name
+        with monkeypatch.context() as patch:
+            patch.setattr(segments, 'NO_WORKER_SECONDS', 1)
+            assert rejected('bag', options=options) == (
+                f'{name} has no workers: start some with `dask worker {name}` where '
+                'fuzzy_stereo_ros is installed')
+        for before, found in (
+                (OTHER_VERSION, '0.0.7)'), (WITHOUT_PACKAGE, 'ModuleNotFoundError(')):
+            _, address = processes.worker(before)
+            assert rejected('bag', options=options).startswith(
+                f'the worker {address} lacks fuzzy_stereo_ros {__version__} (it has {found}')
+            processes.client.retire_workers([address])
+        processes.worker(OTHER_OPENCV)
+        assert replay('bag', options=options) == 0
+        assert 'has opencv 4.0 (here ' in capfd.readouterr().err
+        assert len(disparities(folder / 'out')) == 6
+
+
+@pytest.mark.slow
+def test_a_scheduler_without_the_package_is_rejected(rejected, scheduler):
+    with scheduler(WITHOUT_PACKAGE) as processes:
+        processes.worker()
+        sentence = rejected('bag', options=['--scheduler', processes.address])
+        assert sentence.startswith(f'{processes.address} cannot match (')
+        assert f'): install fuzzy_stereo_ros {__version__} there' in sentence
+
+
+@pytest.mark.slow
+def test_pairs_that_kill_worker_after_worker_end_it(rejected, scheduler):
+    with scheduler(DASK_DISTRIBUTED__SCHEDULER__ALLOWED_FAILURES='0') as processes:
+        processes.worker(DEADLY)
+        assert rejected('bag', options=['--scheduler', processes.address]) == (
+            f'workers of {processes.address} died over the same pairs, 1 in all: check their logs '
+            'and their memory; no pair could be matched before that')
+
+
+@pytest.mark.slow
+def test_where_no_worker_is_left_it_does_not_wait_for_ever(
+        rejected, scheduler, monkeypatch):
+    monkeypatch.setattr(segments, 'NO_WORKER_SECONDS', 1)
+    with scheduler() as processes:
+        processes.worker(DEADLY)
+        assert rejected('bag', options=['--scheduler', processes.address]) == (
+            f'{processes.address} has had no worker for 1 s; no pair could be matched before '
+            'that')

@@ -13,7 +13,7 @@ from made_bags import (
     BEGIN, COLUMNS, content, DISPARITIES, ROWS, scene, write_bag)
 import numpy as np
 import pytest
-from replayed import clean_rejection, INTERRUPTED, replay, RESTRICTED, run
+from replayed import INTERRUPTED, replay, RESTRICTED, run
 
 TIMES = 4       # that a narrow picture is repeated in a frame
 
@@ -23,12 +23,6 @@ def folder(folder):
     """Work in a folder with a bag."""
     write_bag(folder / 'bag')
     return folder
-
-
-@pytest.fixture
-def rejected(folder, capsys):
-    """Return a function that gives the sentence of a replay, after which nothing is written."""
-    return lambda *options, **others: clean_rejection(capsys, 'bag', options=options, **others)
 
 
 def names_in(folder):
@@ -67,13 +61,6 @@ def test_the_frames_pass_as_fast_as_the_chosen_pairs_were_taken(folder):
     assert film(folder / 'given.avi')[1] == pytest.approx(2.5, rel=1e-3)
 
 
-def test_a_gap_between_two_recordings_does_not_slow_a_video_down(folder):
-    write_bag(folder / 'later', first=1000)
-    assert replay('bag', 'later', options=['--video', 'video.avi']) == 0
-    frames, rate = film(folder / 'video.avi')
-    assert (len(frames), rate) == (12, pytest.approx(30, rel=1e-3))
-
-
 @pytest.mark.parametrize(('step', 'rate'), [(0, 10), (1, 240), (60 * 10**9, 0.1)])
 def test_stamps_that_give_no_rate_for_a_video_give_the_nearest_one(folder, step, rate):
     def change(number, messages):
@@ -92,33 +79,6 @@ def test_a_video_alone_is_enough_and_needs_no_folder(folder, capsys):
     assert 'video.avi: 6 pairs matched' in capsys.readouterr().out
     assert names_in(folder) == {'bag', 'video.avi'}
     assert len(film(folder / 'video.avi')[0]) == 6
-
-
-def test_a_bag_needs_a_folder(folder, capsys):
-    assert main(['replay', 'bag', '--video', 'video.avi', '--disparities', '16']) == 2
-    assert capsys.readouterr().err == (
-        'fuzzy-stereo: --output is missing; give a new folder for the results\n')
-    assert names_in(folder) == {'bag'}
-
-
-def test_an_existing_file_is_neither_lost_nor_continued(rejected, folder):
-    option, name = '--video', 'video.avi'
-    (folder / name).write_text('the one before')
-    assert rejected(option, name) == (
-        f'{option} is {name}, which exists; give another file, or --overwrite')
-    assert rejected(option, name, '--resume') == (
-        f'--resume cannot continue {name}; leave out {option}, or start over with --overwrite')
-    assert rejected('--format', 'none', option, name, '--resume') == (
-        '--resume continues a bag or --files; there is neither')
-    assert (folder / name).read_text() == 'the one before'
-
-
-def test_a_replay_without_pairs_leaves_no_video_and_the_one_before(rejected, folder):
-    (folder / 'video.avi').write_text('the one before')
-    for options in ([], ['--keep'], ['--format', 'none']):
-        assert 'none of 6 pairs could be matched' in rejected(
-            '--video', 'video.avi', '--overwrite', *options, disparities=200)
-    assert (folder / 'video.avi').read_text() == 'the one before'
 
 
 def test_an_interrupted_replay_has_the_video_of_what_was_matched(folder, capsys, monkeypatch):
