@@ -59,8 +59,8 @@ def test_a_short_run_writes_its_section_and_every_pair_is_accounted_for(ros, tmp
 
 
 # Three rounds do not level what is kept for the next message, nor what other programs take.
-SHORT = ('--minutes 0 --rows 240 --columns 320 --disparities 16 --between 0.1 --work 400 '
-         '--memory 2 --resident 15 --verbose').split()
+SHORT = ('--minutes=0', '--rows=240', '--columns=320', '--disparities=16', '--between=0.1',
+         '--work=400', '--memory=2', '--resident=15', '--verbose')
 
 
 @pytest.mark.alone

@@ -53,15 +53,6 @@ def has_the_name_that_was_given(test):
     assert os.environ[PROFILES_FILE] == str(FOLDER.parent / 'config' / 'fastdds.xml')
 
 
-def matches_compressed_images_alone(test):
-    matches(test)
-    colour = [np.repeat(image[:, :, None], 3, 2) for image in PAIR]
-    check_disparity(test.around.match(*colour))
-    topics = dict(test.around.listener.get_topic_names_and_types())
-    assert '/cameras/left/image_rect/compressed' in topics
-    assert '/cameras/left/image_rect' not in topics
-
-
 def is_brought_up_by_a_lifecycle_manager(test):
     from lifecycle_manager import Manager
     manager = Manager(test.around)
@@ -177,11 +168,6 @@ CASES = {
     'ours': Case(lambda: small(node_name='stereo', namespace='rig', left_namespace='/left',
                                right_namespace='/right'),
                  has_the_name_that_was_given, wanted='/rig/'),
-    'compressed': Case(
-        lambda: small(namespace='rig', image_transport='compressed',
-                      left_namespace='/cameras/left', right_namespace='/cameras/right'),
-        matches_compressed_images_alone, {'compressed': True, **in_namespace('/cameras')},
-        '/rig/'),
     'managed': Case(lambda: small(managed='true'), is_brought_up_by_a_lifecycle_manager, begun=''),
     "the peer's arguments": Case(
         lambda: included('fuzzy_stereo.launch.py', **PEER),

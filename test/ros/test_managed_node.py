@@ -8,7 +8,7 @@ import signal
 
 from made_messages import shows
 from made_scenes import shifted_pair
-from node_process import NodeProcess, own_domain, START
+from node_process import NodeProcess, own_domain
 from pages import text_of
 import pytest
 
@@ -127,8 +127,8 @@ def test_it_has_the_topics_and_services_of_the_policy_and_those_that_are_named_b
     assert found() <= allowed
 
 
-@pytest.mark.parametrize('steps', [(), ('configure',), ('configure', 'activate')])
-@pytest.mark.parametrize('end', ['shutdown', signal.SIGINT])
+@pytest.mark.parametrize('steps, end', [
+    ((), signal.SIGINT), (('configure',), 'shutdown'), (('configure', 'activate'), signal.SIGINT)])
 def test_it_can_be_shut_down_from_every_state_and_a_signal_ends_the_process_with_0(
         start, steps, end):
     bench = start()
@@ -163,12 +163,6 @@ def test_a_transition_that_the_state_does_not_allow_fails_and_the_node_lives(sta
     assert not manager.asked(id=1)
     bench.node.logged('possible are none')
     assert bench.node.finish() == 0
-
-
-def test_a_wrong_parameter_ends_the_start_with_2(start):
-    bench = start('-p', 'disparity_range:=0')
-    assert bench.node.finish(number=None, timeout=START) == 2
-    assert 'managed_node cannot start: disparity_range is 0' in bench.node.log()
 
 
 def test_a_transition_that_fails_by_a_fault_is_logged_and_ends_unconfigured(ros, monkeypatch):

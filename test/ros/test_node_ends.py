@@ -1,10 +1,7 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """How the real node begins and ends: ready in time, code 0 on signals, a sentence otherwise."""
-import os
 import signal
-import subprocess
-import sys
 
 from diagnostic_msgs.msg import DiagnosticStatus
 from fuzzy_stereo_ros.matching.kernels.compiled import FOLDER
@@ -12,21 +9,13 @@ from made_scenes import shifted_pair
 from node_process import START
 import pytest
 
-PAIR = shifted_pair(7)
 
-
-@pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM])
-def test_a_signal_ends_the_waiting_node_with_code_0(start_node, number):
+@pytest.mark.parametrize('number, moment', [
+    (signal.SIGTERM, 'ready'), (signal.SIGINT, 'loading the kernels')])
+def test_a_signal_ends_the_waiting_node_and_one_that_loads_kernels_with_code_0(
+        start_node, number, moment):
     node = start_node()
-    node.logged('ready', timeout=START)
-    assert node.finish(number) == 0
-    assert 'Traceback' not in node.log()
-
-
-@pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM])
-def test_a_signal_while_the_kernels_load_ends_it_with_code_0(start_node, number):
-    node = start_node()
-    node.logged('loading the kernels')
+    node.logged(moment, timeout=START)
     assert node.finish(number) == 0
     assert 'Traceback' not in node.log()
 
@@ -96,16 +85,6 @@ def test_a_bad_qos_of_an_input_ends_it_with_code_2_when_it_subscribes(make_bench
         bench.listen()
         bench.node.logged('cannot subscribe: Unexpected QoS override', timeout=START)
         assert bench.node.finish(number=None) == 2
-
-
-@pytest.mark.parametrize('module', ['disparity_node', 'managed_node'])
-def test_help_says_how_parameters_are_given_and_starts_no_node(module, tmp_path):
-    done = subprocess.run([sys.executable, '-m', f'fuzzy_stereo_ros.node.{module}', '--help'],
-                          env={**os.environ, 'ROS_LOG_DIR': str(tmp_path)}, text=True,
-                          capture_output=True, check=True)
-    assert done.stderr == '' and not os.listdir(tmp_path)       # ROS begins with a log file
-    assert done.stdout.startswith(f'usage: {module} [-h]')
-    assert '-p disparity_range:=128' in done.stdout
 
 
 def test_an_argument_that_is_not_for_ros_is_rejected_with_how_to_give_a_parameter(start_node):

@@ -1,14 +1,11 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """What the real node publishes besides disparity and confidence, and that nobody pays unasked."""
-from contextlib import ExitStack
 
 import cv2
-from fuzzy_stereo_ros.matching.match import hatched
 from fuzzy_stereo_ros.pairs.messages import read_image
-from made_messages import field_of, shows, values_of
+from made_messages import shows, values_of
 from made_scenes import shifted_pair
-from node_process import NodeProcess, START
 import numpy as np
 import pytest
 
@@ -51,33 +48,6 @@ def test_depth_is_metres_of_the_disparity_and_nan_where_it_is_invalid(bench):
     expected[~valid] = np.nan
     np.testing.assert_allclose(values_of(depth), expected, rtol=1e-5)
     assert np.nanmedian(values_of(depth)[:, 15:]) == pytest.approx(DEPTH, rel=0.05)
-
-
-def test_points_lie_on_the_plane_with_the_colours_of_the_left_image(bench):
-    from sensor_msgs.msg import PointCloud2
-    disparity, cloud = answer(bench, PointCloud2, 'points2')
-    assert (cloud.header, cloud.height, cloud.width) == (disparity.header, 60, 120)
-    assert not cloud.is_dense
-    place = np.stack([field_of(cloud, name) for name in 'xyz'], axis=2)
-    colour = field_of(cloud, 'rgb', '<u4')
-    published = values_of(disparity.image)
-    seen = (published >= disparity.min_disparity) & (published > 0)
-    np.testing.assert_array_equal(np.isfinite(place).all(2), seen)
-    v, u = np.nonzero(seen)
-    z = disparity.f * disparity.t / published[seen]
-    np.testing.assert_allclose(place[seen], np.stack(
-        [(u - 59.5) * z / 200, (v - 29.5) * z / 200, z], axis=1), rtol=1e-4, atol=1e-5)
-    np.testing.assert_array_equal(colour[seen], PAIR[0][seen] * np.uint32(0x10101))
-
-
-def test_the_preview_shows_what_is_valid_in_colour_and_the_rest_hatched(bench):
-    from sensor_msgs.msg import Image
-    disparity, preview = answer(bench, Image, 'preview')
-    assert (preview.encoding, preview.header) == ('bgr8', disparity.header)
-    picture = np.frombuffer(preview.data, np.uint8).reshape(60, 120, 3)
-    valid = values_of(disparity.image) >= disparity.min_disparity
-    np.testing.assert_array_equal(picture[~valid], hatched(60, 120)[~valid])
-    assert len(np.unique(picture[valid], axis=0)) > 1
 
 
 def test_what_is_compressed_shows_the_same_in_fewer_bytes(bench):
@@ -155,33 +125,3 @@ def test_reduced_scale_keeps_metres_and_tells_focal_length_and_size(make_bench):
         info = infos[min(infos)]
         assert (info.width, info.height, info.p[0]) == (120, 60, 100.0)
         assert info.p[2] == (119.5 + 0.5) / 2 - 0.5
-
-
-def test_of_two_nodes_in_one_namespace_one_publishes_the_points_and_the_other_after_it(make_bench):
-    from sensor_msgs.msg import PointCloud2
-    from ros_bench import RELIABLE
-    yields = 'another node publishes /points2, so this node does not'
-    with make_bench(*SMALL) as bench, ExitStack() as ended:
-        second = NodeProcess(bench.domain, *SMALL, *RELIABLE[1:], '-r', '__node:=second')
-        ended.callback(second.finish)
-        points = {}
-        bench.collect(PointCloud2, 'points2', points)
-        bench.connect()
-        second.logged('ready', timeout=START)
-
-        def that_yields():
-            bench.rig.publish(*PAIR)
-            return next((node for node in (bench.node, second) if yields in node.log()), None)
-
-        def hear_points():
-            sent = bench.rig.publish(*PAIR)
-            bench.until(lambda: bench.rig.publish(*PAIR) and max(points, default=0) >= sent,
-                        'points of a new pair')
-
-        idle = bench.until(that_yields, 'one node leaves the points to the other')
-        busy = second if idle is bench.node else bench.node
-        hear_points()
-        assert yields not in busy.log()
-        bench.node = idle       # which the bench sees alive, and ends
-        assert busy.finish() == 0
-        hear_points()

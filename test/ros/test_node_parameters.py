@@ -1,7 +1,6 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Parameters of the real node: one declaration, files that load, changes whole or not at all."""
-import ast
 import re
 
 from fuzzy_stereo_ros.matching import MatcherConfig
@@ -9,7 +8,7 @@ from fuzzy_stereo_ros.parameters.page import parameter_file
 from fuzzy_stereo_ros.parameters.table import IGNORED_PARAMETERS, nearest, ROS_PARAMETERS
 from made_messages import shows
 from made_scenes import shifted_pair
-from pages import block, CAMERAS, MIGRATION
+from pages import block, MIGRATION
 import pytest
 from repository import ROOT
 
@@ -37,18 +36,6 @@ def test_the_node_has_the_parameters_of_the_table_and_the_peer_s(bench):
     assert values == {**{row.name: row.default for row in ROWS}, 'disparity_range': 16,
                       'input_qos': 'reliable'}
     assert bench.parameters(*IGNORED_PARAMETERS) == [None] * len(IGNORED_PARAMETERS)
-
-
-def test_a_descriptor_has_the_sentence_the_range_and_whether_it_is_fixed(bench):
-    number = bench.descriptor('disparity_range')
-    assert number.description == (
-        'number of disparities searched, from min_disparity upwards [1 to 4096 px]')
-    assert (number.integer_range[0].from_value, number.integer_range[0].to_value) == (1, 4096)
-    assert not number.read_only
-    real = bench.descriptor('confidence_threshold').floating_point_range[0]
-    assert (real.from_value, real.to_value) == (0.0, 1.0)
-    assert bench.descriptor('queue_size').read_only
-    assert 'ignored' in bench.descriptor('P1').description
 
 
 def test_a_change_is_in_force_once_it_is_prepared(bench):
@@ -175,26 +162,3 @@ def test_the_page_names_a_test_for_every_claim_and_each_of_them_exists():
         names = re.findall(r'`(test_\w+)`', row)
         assert names, f'no test is named: {row}'
         assert [name for name in names if f'def {name}(' not in tests] == []
-
-
-def arguments_of_launched_node():
-    """Return the node's command line as launch makes it of the page's launch file."""
-    calls = [node for node in ast.walk(ast.parse(block('python')))
-             if isinstance(node, ast.Call) and getattr(node.func, 'id', '') == 'Node']
-    options = {word.arg: ast.literal_eval(word.value) for word in calls[0].keywords}
-    assert (options['package'], options['executable']) == ('fuzzy_stereo_ros', 'disparity_node')
-    rules = [('__ns', f"/{options['namespace']}"), ('__node', options['name']),
-             *options['remappings']]
-    return ['--ros-args', *(word for name, value in rules for word in ('-r', f'{name}:={value}')),
-            *(word for name, value in options['parameters'][0].items()
-              for word in ('-p', f'{name}:={str(value).lower()}'))]
-
-
-def test_the_node_of_the_page_s_launch_file_matches_with_its_remappings_and_parameters(make_bench):
-    with make_bench(*arguments_of_launched_node(),
-                    cli_args=['--ros-args', *CAMERAS]) as bench:
-        message = bench.begin(*PAIR, namespace='/stereo/')
-        assert (message.min_disparity, message.max_disparity) == (0.0, 31.0)
-        assert shows(message, 7, 31)
-        assert ('are ignored: correlation_window_size, stereo_algorithm, uniqueness_ratio'
-                in bench.node.log())

@@ -5,7 +5,6 @@ from types import SimpleNamespace
 
 from made_messages import shows
 from made_scenes import shifted_pair
-import pytest
 
 SHIFT = 7
 PAIR = shifted_pair(SHIFT)
@@ -22,23 +21,6 @@ def published_with(bench, topic):
     found = bench.until(lambda: bench.listener.get_publishers_info_by_topic(topic), topic)
     quality = found[0].qos_profile
     return quality.reliability.name, quality.durability.name
-
-
-@pytest.mark.parametrize('arguments, reliability', [
-    ((), 'BEST_EFFORT'),
-    (('input_qos:=reliable',), 'RELIABLE'),
-    (('input_qos:=best_available',), 'RELIABLE'),
-    (('input_qos:=reliable',
-      'qos_overrides./left/image_rect.subscription.reliability:=best_effort'), 'BEST_EFFORT'),
-])
-def test_a_word_chooses_the_quality_of_inputs_and_overrides_have_the_last_word(
-        make_bench, arguments, reliability):
-    words = [word for argument in arguments for word in ('-p', argument)]
-    with make_bench(*SMALL, *words, best_effort=True, reliable=True) as bench:
-        bench.listen()
-        bench.connect()
-        assert subscribed_with(bench, '/left/image_rect')[:2] == (reliability, 'VOLATILE')
-        bench.first_match(*PAIR)
 
 
 def test_use_system_default_qos_leaves_the_inputs_to_the_middleware(ros):
@@ -128,16 +110,3 @@ def test_an_override_of_one_topic_changes_no_other_one(make_bench):
             assert subscribed_with(bench, topic)[:2] == ('BEST_EFFORT', 'VOLATILE')
         for topic in ('/confidence', '/preview'):
             assert published_with(bench, topic) == ('BEST_EFFORT', 'VOLATILE')
-
-
-def test_best_available_takes_what_cameras_that_start_later_offer(make_bench):
-    from fuzzy_stereo_ros.node.simulated_cameras import SimulatedCameras
-    with make_bench(*SMALL, '-p', 'input_qos:=best_available', best_effort=True,
-                    reliable=True) as bench:
-        bench.begin(*PAIR)
-        assert subscribed_with(bench, '/left/image_rect')[0] == 'RELIABLE'
-        late = SimulatedCameras('late', 200.0, 0.12, context=bench.context)
-        bench.until(lambda: late.publish(*PAIR) and set(late.sent) & set(bench.disparities),
-                    'a pair of the later cameras')
-        late.destroy_node()
-        assert 'incompatible' not in bench.node.log()

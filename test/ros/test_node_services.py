@@ -10,7 +10,7 @@ from types import SimpleNamespace
 from fuzzy_stereo_ros.commands.command_line import main
 from made_messages import values_of
 from made_scenes import noisy as made_noisy, shifted_pair
-from node_process import NodeProcess, own_domain, ROOT, SOON
+from node_process import own_domain, SOON
 import numpy as np
 import pytest
 
@@ -50,31 +50,6 @@ def test_a_saved_pair_is_matched_again_bit_for_bit(bench, tmp_path, capsys):
     np.testing.assert_array_equal(published[valid], np.maximum(again, 0)[valid])
     about = json.dumps(json.loads((folder / 'pair.json').read_text()))
     assert '"parameter disparity_range": "16"' in about
-
-
-def test_a_pair_is_saved_where_the_node_runs_too(make_bench, tmp_path, monkeypatch):
-    from ros_bench import Bench
-    monkeypatch.setenv('PYTHONPATH', str(ROOT))
-    monkeypatch.setattr(Bench, 'node_type', staticmethod(
-        partial(NodeProcess, before=['env', f'--chdir={tmp_path}'])))
-    with make_bench('--ros-args', '-p', 'disparity_range:=16', '-p',
-                    'save_directory:=.') as bench:
-        bench.begin(LEFT, RIGHT)
-        done, sentence = bench.trigger('save')
-    assert done, sentence
-    (folder,) = tmp_path.glob('disparity_node_*')
-    assert (folder / 'pair.json').exists()
-
-
-def test_what_cannot_be_saved_is_said_and_the_next_pair_is_matched(make_bench, tmp_path):
-    (tmp_path / 'file').write_text('')
-    with make_bench('--ros-args', '-p', 'disparity_range:=16', '-p',
-                    f'save_directory:={tmp_path / "file" / "saved"}') as bench:
-        bench.begin(LEFT, RIGHT)
-        done, sentence = bench.trigger('save')
-        assert not done
-        assert 'cannot be saved' in sentence
-        bench.match(LEFT, RIGHT)
 
 
 def test_no_more_pairs_are_saved_than_the_parameter_allows(make_bench, tmp_path):

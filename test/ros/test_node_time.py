@@ -66,16 +66,6 @@ def test_diagnostics_have_the_time_of_the_clock_and_the_age_of_pairs_by_it(bench
     assert values_at(bench, 500 * SECOND)['age, last'] == '0.0 ms'
 
 
-def test_a_clock_that_goes_back_has_the_next_pair_matched_cold(bench):
-    play(bench, [700 * SECOND, 700 * SECOND + SECOND // 30])
-    assert values_at(bench, 700 * SECOND + SECOND // 10)['warm start'] == 'true'
-    mark = bench.node.mark()
-    bench.set_clock(600 * SECOND)
-    bench.node.logged('the clock jumped back', mark)
-    bench.match(*PAIR, stamp=700 * SECOND + 2 * SECOND // 30)
-    assert values_at(bench, 601 * SECOND)['warm start'] == 'false'
-
-
 def test_a_clock_before_the_epoch_is_logged_and_survived(bench):
     from builtin_interfaces.msg import Time
     from rosgraph_msgs.msg import Clock

@@ -42,16 +42,6 @@ def is_ok(status):
     return status.level == DiagnosticStatus.OK
 
 
-def test_a_pair_that_fits_is_no_reason_to_warn_and_its_figures_are_told(bench):
-    status = status_when(bench, lambda _: 'row offset, tilt' in bench.counts_now(), PAIR)
-    values = bench.counts_now()
-    assert status.level == DiagnosticStatus.OK
-    assert 'recalibrate' not in status.message
-    assert abs(float(values['row offset, tilt'].split()[0])) < 0.1
-    assert {'row offset, roll', 'row offset, zoom', 'row offset, yaw', 'row offset, swing',
-            'row offset, measured', 'row offset, undone'} <= set(values)
-
-
 def test_a_camera_that_turns_is_warned_of_with_what_to_do_until_it_is_calibrated(bench):
     def measured(status):
         return int(bench.counts_now()['row offset, measured'].split()[3]) >= 8

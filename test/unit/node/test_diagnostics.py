@@ -28,12 +28,6 @@ def matched(times=None, reused=False, disparity=(1.0,), confidence=(1.0,), misal
         misalignment=misalignment)
 
 
-def test_rates_count_per_second_since_the_call_before():
-    made = diagnostics.Diagnostics(NODE, 10.0)
-    assert made.rates(12.0, {'pairs': 6}) == {'pairs': 3.0}
-    assert made.rates(16.0, {'pairs': 6}) == {'pairs': 0.0}
-
-
 def test_figures_tell_the_times_and_what_the_newest_match_was_like():
     made = diagnostics.Diagnostics(NODE, 0.0)
     assert made.figures() == {}
@@ -204,15 +198,6 @@ def test_the_first_loss_is_reported_at_once_then_one_line_a_period_with_what_cam
     assert losses.lines(70.9, {'pairs dropped': 7}) == []
     assert reported(losses.lines(71.0, {'pairs dropped': 8})) == {'pairs dropped': 6}
     assert losses.lines(200.0, {'pairs dropped': 8}) == []
-
-
-def test_one_kind_does_not_hold_back_another_and_topics_share_a_line():
-    losses = LossReports()
-    losses.lines(0.0, {'pairs dropped': 1})
-    line, = losses.lines(1.0, {'pairs dropped': 2, 'unmatched left/image_rect': 3,
-                               'unmatched right/camera_info': 4})
-    assert line.startswith('3 unmatched left/image_rect, 4 unmatched right/camera_info since the '
-                           'last report (no messages of the same stamp ')
 
 
 @given(strategies.lists(strategies.tuples(
