@@ -67,15 +67,6 @@ def test_messages_of_ros_1_have_the_same_values_in_ros_2(tmp_path):
         assert same(found['/imu'], imu(bag))
 
 
-def test_a_topic_of_bags_of_both_kinds_is_copied_from_each_as_it_is(tmp_path):
-    for number, (name, form) in enumerate([('bag.bag', 'ros1'), ('bag', 'mcap')]):
-        with BagOf(tmp_path / name, form) as bag:
-            bag.write('/words', bag.make('std_msgs/msg/String', data=f'word {number}'),
-                      BEGIN + number)
-    found = content(copied(tmp_path / 'copy', tmp_path / 'bag', tmp_path / 'bag.bag'))
-    assert [message.data for _, _, message in found] == ['word 0', 'word 1']
-
-
 def test_latched_topics_of_ros_1_are_for_those_who_come_later_in_ros_2(tmp_path):
     with BagOf(tmp_path / 'bag.bag', 'ros1') as bag:
         bag.write('/latched', bag.make('std_msgs/msg/Int32', data=4), BEGIN, latching=1)

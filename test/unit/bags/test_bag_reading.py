@@ -3,7 +3,7 @@
 """Bags of every kind give the same stream of messages, up to where they are damaged."""
 import sys
 
-from fuzzy_stereo_ros.bags.reading import BagReader, BagTopic, DamagedBag, read_stamped, text_of
+from fuzzy_stereo_ros.bags.reading import BagReader, BagTopic, DamagedBag, read_stamped
 from fuzzy_stereo_ros.pairs.messages import read_image, stamp_of
 from fuzzy_stereo_ros.pairs.stereo_pair import BadPair
 from made_bags import BagOf, BEGIN, FORMATS, LATER, scene, stamps, STEP, TOPICS, write_bag
@@ -58,11 +58,6 @@ def test_topics_are_told_without_those_that_a_terminal_would_obey(tmp_path, form
         assert list(bag.topics) == ['/said']
 
 
-def test_what_an_exception_quotes_of_a_bag_is_told_without_what_a_terminal_obeys():
-    assert text_of(ValueError('no topic \x1b[2J.')) == r"'no topic \x1b[2J'"
-    assert text_of(ValueError('no topic é.\nat all')) == 'no topic é'
-
-
 @pytest.mark.parametrize('form', FORMATS)
 def test_only_what_is_asked_for_is_read(folder, form):
     with BagReader([folder / name_of(form)]) as bag:
@@ -97,13 +92,6 @@ def test_several_bags_are_one_in_the_order_of_time_whatever_their_kind(folder, t
         images = [read_stamped(message) for message in found if message.topic == TOPICS[0]]
     assert [message.log_time for message in found] == sorted(message.log_time for message in found)
     assert [stamp for stamp, _ in images] == stamps(12)
-
-
-def test_a_topic_of_ros_1_without_a_leading_slash_gets_one(tmp_path):
-    write_bag(tmp_path / 'bag.bag', 'ros1', topics=[topic[1:] for topic in TOPICS])
-    with BagReader([tmp_path / 'bag.bag']) as bag:
-        assert set(bag.topics) == set(TOPICS)
-        assert {message.topic for message in bag.messages(TOPICS)} == set(TOPICS)
 
 
 def test_what_is_no_bag_is_rejected_with_a_sentence(folder, tmp_path):

@@ -59,11 +59,6 @@ def test_what_is_written_is_read_and_counted(tmp_path, storage):
         assert connection.digest == MESSAGES.typestore.hash_rihs01(KIND)
 
 
-def test_nothing_is_written_before_a_message_is(tmp_path):
-    BagWriter(tmp_path / 'bag').close()
-    assert list(tmp_path.iterdir()) == []
-
-
 @pytest.mark.parametrize('storage', FORMATS)
 def test_a_file_that_grows_large_is_followed_by_another_of_the_same_bag(
         tmp_path, storage, monkeypatch):
@@ -78,12 +73,6 @@ def test_a_bag_is_continued_by_a_further_file(tmp_path, storage):
     for begin in (0, 4, 8):
         bag = write(tmp_path / 'bag', range(begin, begin + 4), storage)
         assert (bag.counts[TOPIC], bag.last) == (begin + 4, begin + 3)
-    assert numbers_of(tmp_path / 'bag') == list(range(12))
-
-
-def test_files_are_continued_in_the_order_of_their_numbers(tmp_path):
-    for number in range(12):
-        write(tmp_path / 'bag', [number], size=16)
     assert numbers_of(tmp_path / 'bag') == list(range(12))
 
 

@@ -69,30 +69,14 @@ def test_a_name_says_that_images_are_raw_where_it_does_not_say_that_they_are_rec
     assert found(rig(name=name, kind=kind, space='/raw')).raw_by_name is raw
 
 
-def test_cameras_with_calibration_go_before_others():
-    topics = {**rig(space='/b'), '/a/left/image_rect': (RAW, 5), '/a/right/image_rect': (RAW, 5)}
-    assert found(topics).left == '/b/left/image_rect'
-
-
 def test_words_that_only_contain_left_are_no_sides():
     topics = kinds(cleft__image=RAW, cright__image=RAW, left2__image=RAW, right2__image=RAW)
     assert 'no two image topics of the bag differ only in left/right' in rejection_of(topics)
 
 
-def test_depth_that_is_compressed_is_no_camera():
-    topics = kinds(**{f'{side}__image__compressedDepth': COMPRESSED for side in ('left', 'right')})
-    assert 'the bag has no images' in rejection_of(topics)
-
-
 def test_a_camera_info_that_is_alone_in_the_namespace_is_taken_whatever_its_name():
     topics = kinds(left__image=RAW, left__info=INFO, right__image=RAW, right__info=INFO)
     assert found(topics)[1::2] == ('/left/info', '/right/info')
-
-
-def test_a_camera_info_below_the_image_is_found():
-    topics = kinds(left__image=RAW, left__image__camera_info=INFO,
-                   right__image=RAW, right__image__camera_info=INFO)
-    assert found(topics)[1::2] == ('/left/image/camera_info', '/right/image/camera_info')
 
 
 def test_images_without_camera_info_are_found_and_it_is_missing():
@@ -126,11 +110,6 @@ def test_words_for_sides_in_the_name_of_a_rig_are_none_of_its_cameras(spaces, le
         assert found(topics)[::2] == pairs[0]
     else:
         assert f"topics: {'; '.join(map(' and '.join, pairs))}; choose" in rejection_of(topics)
-
-
-def test_the_word_for_the_side_may_stand_before_another_one():
-    assert found(kinds(left__cam0__image=RAW, right__cam0__image=RAW))[::2] == (
-        '/left/cam0/image', '/right/cam0/image')
 
 
 def test_both_topics_may_be_chosen_whatever_they_are_called():

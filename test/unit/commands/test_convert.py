@@ -1,7 +1,6 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """What `fuzzy-stereo convert` makes of a file comes back as it was, and is where geometry says."""
-import json
 from pathlib import Path
 import re
 
@@ -144,39 +143,6 @@ def test_the_cameras_may_stand_in_files():
         assert np.allclose(np.load('b.npy'), told, rtol=1e-6, equal_nan=True)
     done('a.npy', 'b.npy', '--to', 'depth', '--calibration', 'right.yaml')
     assert np.allclose(np.load('b.npy'), FOCAL * BASELINE / disparity, equal_nan=True)
-
-
-def test_what_is_probably_wrong_in_the_cameras_is_remarked_on(capsys):
-    write_disparity('a.npy', np.ones((10, 40), np.float32))
-    write_middlebury_calibration('calib.txt', centred_calibration(
-        FOCAL, BASELINE, OFFSET, 10, 40), (10, 40), 0, 20)
-    for words in (['--focal', FOCAL, '--baseline', 120], ['--calibration', 'calib.txt', '--unit',
-                                                          'm']):
-        done('a.npy', 'b.npy', '--to', 'depth', *words)
-        assert 'remark: the baseline is ' in capsys.readouterr().out
-    done('a.npy', 'b.npy', '--to', 'depth', '--calibration', 'calib.txt', '--json')
-    assert json.loads(capsys.readouterr().out)['remarks'] == []
-
-
-def test_a_depth_that_is_not_above_zero_is_invalid():
-    np.save('a.npy', np.array([[0, -0.0, -1, -INF, NAN, INF, 2]]))
-    done('a.npy', 'b.npy', '--from', 'depth')
-    assert np.array_equal(np.load('b.npy'), [[NAN] * 5 + [INF, 2]], equal_nan=True)
-    done('a.npy', 'b.npy', '--from', 'depth', '--to', 'disparity', *CAMERAS)
-    assert np.array_equal(np.load('b.npy'), [[NAN] * 5 + [OFFSET, 47]], equal_nan=True)
-
-
-def test_the_figures_are_of_what_stands_in_the_file(capsys):
-    write_depth('a.npy', np.array([[2.0004, NAN, 70.0, 4.0]], np.float32))
-    assert converted('a.npy', 'b.png', '--from', 'depth', '--json') == 0
-    assert json.loads(capsys.readouterr().out) == {
-        'output': 'b.png', 'from': 'depth', 'to': 'depth', 'rows': 1, 'columns': 4, 'valid': 2,
-        'low': 2.0, 'high': 4.0, 'unit': 'm', 'remarks': []}
-    done('b.png', 'c.ply', '--from', 'depth', '--focal', 1)
-    assert capsys.readouterr().out == 'c.ply: 2 points of 4x1 pixels, from 2 to 4 m away\n'
-    write_disparity('none.npy', np.full((2, 3), NAN))
-    done('none.npy', 'none.png')
-    assert capsys.readouterr().out == 'none.png: 0 disparities of 3x2 pixels\n'
 
 
 def test_nothing_is_overwritten_unless_it_is_asked_for(capsys):

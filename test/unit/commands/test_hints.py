@@ -73,19 +73,6 @@ def test_match_gives_the_cause_as_a_hint_in_words_and_in_json(told):
     assert 'hint' not in told(*match_of(*MADE[:2]))
 
 
-def test_evaluate_gives_the_cause_as_a_hint_of_a_scene(told):
-    pytest.importorskip('jinja2')
-    black()
-    folder = Path('black')
-    folder.mkdir()
-    for name, new in (('left.png', 'left.png'), ('right.png', 'right.png'),
-                      ('truth.pfm', 'groundtruth.pfm')):
-        Path(name).rename(folder / new)
-    words = 'evaluate', folder, '--disparities', '16', '--repeats', '1', '--matcher', 'ours'
-    assert 'hint: black: the left and right images are black' in told(*words)
-    assert 'are black' in told(*words, '--json')['records'][0]['hint']
-
-
 # ---- the cameras ----
 
 
@@ -144,12 +131,6 @@ def test_match_reports_misalignment_as_json_and_in_words(told, reference):
     found = told(*words, '--json')
     assert_shifted(found['misalignment'])
     assert f"row offset: {found['row_offset']}" in told(*words).splitlines()
-
-
-def test_match_reports_null_for_images_too_small_to_measure(told):
-    words = match_of(MADE.left[:40], MADE.left[:40], disparities=8)
-    assert told(*words, '--json')['misalignment'] is None
-    assert 'row offset: not measured: too few points' in told(*words)
 
 
 def test_replay_gives_each_cause_as_a_hint_once_and_reports_misalignment(told):

@@ -8,12 +8,9 @@ from fuzzy_stereo_ros.commands.command_line import main
 from fuzzy_stereo_ros.matching import MatcherConfig, search_range as automatic, StereoMatcher
 from fuzzy_stereo_ros.matching.plausibility import PlausibilityCheck
 from fuzzy_stereo_ros.matching.search_range import search_range
-from fuzzy_stereo_ros.pairs.calibration import reach
-from fuzzy_stereo_ros.pairs.camera_files import centred_calibration
 from fuzzy_stereo_ros.synthetic.scenes import make_pair
 import numpy as np
 import pytest
-from real_pairs import DATA
 import yaml
 
 LARGEST = 40
@@ -91,25 +88,6 @@ def test_verged_cameras_get_a_range_below_0_and_blank_images_the_default():
     assert low - 16 < first <= low < 0 and high < first + count < 1.2 * high + 32
     blank = np.zeros((60, 90), np.uint8)
     assert search_range([(blank, blank)]) == (0, 64)
-
-
-@pytest.mark.parametrize('scene, truth', [('cones', 55), ('tsukuba', 14)])
-def test_the_range_of_a_real_pair_holds_its_truth_and_little_more(scene, truth):
-    place = DATA / 'middv2' / scene
-    if not place.exists():
-        pytest.skip('the real pairs are not beside the checkout')
-    from fuzzy_stereo_ros.pairs.image_files import read_image
-
-    images = [read_image(next(place.glob(f'{side}.*'))) for side in ('left', 'right')]
-    first, count = search_range([images])
-    assert first == 0 and truth < count <= 1.2 * truth + 32
-
-
-def test_the_range_in_metres_is_that_of_the_disparities():
-    known = centred_calibration(435.0, 0.11, 0.0, 480, 640)
-    assert reach(0, 64, known) == ('0 to 63 px at focal length 435 px and baseline 0.11 m reach '
-                                   'from infinity to 0.76 m')
-    assert 'from 4.79 m to' in reach(10, 64, known)
 
 
 def test_two_images_alone_are_matched_and_what_was_assumed_is_said(folder, capsys):

@@ -1,7 +1,6 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """What `fuzzy-stereo synthesise` writes is the made scene and its cameras, as a whole or not."""
-import inspect
 import json
 import os
 from pathlib import Path
@@ -17,7 +16,7 @@ from fuzzy_stereo_ros.pairs.disparity_files import read_disparity
 from fuzzy_stereo_ros.pairs.image_files import read_image
 from fuzzy_stereo_ros.pairs.messages import read_image as read_message, stamp_of
 from fuzzy_stereo_ros.synthetic.scenes import (
-    BASELINE, CAMERA, FOCAL, make_sequence, SCENE_PARAMETERS, SceneOptions)
+    BASELINE, FOCAL, make_sequence)
 import numpy as np
 import pytest
 from rejected import rejection
@@ -101,11 +100,6 @@ def test_a_bag_holds_the_same_scene_with_equal_stamps_at_the_rate(words, options
                                            heard['/right/camera_info'][stamp]))
 
 
-def test_every_option_of_a_made_sequence_is_one_of_the_command():
-    named = {*inspect.signature(make_sequence).parameters, *SceneOptions._fields} - {'options'}
-    assert set(SCENE_PARAMETERS) - set(CAMERA) == named
-
-
 def test_what_to_do_next_works_as_it_is_printed(capsys):
     assert synthesised(*SEQUENCE) == 0
     printed = capsys.readouterr().out.splitlines()
@@ -114,13 +108,6 @@ def test_what_to_do_next_works_as_it_is_printed(capsys):
     assert main([*words, '--json']) == 0
     truth = json.loads(capsys.readouterr().out)['ground_truth']
     assert truth['pixels'] == np.count_nonzero(next(make_sequence(**MADE)).visible)
-
-
-def test_json_has_the_options_of_the_sequence(capsys):
-    assert synthesised(*SEQUENCE, '--json') == 0
-    told = json.loads(capsys.readouterr().out)
-    assert MADE.items() <= told.items()
-    assert (told['output'], told['format'], told['offset']) == ('scene', 'images', -5)
 
 
 def test_only_overwrite_replaces_a_folder_and_removes_all_old_files(capsys):

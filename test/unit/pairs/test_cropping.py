@@ -18,11 +18,6 @@ def test_nothing_is_missing_in_the_window(there):
     assert there[window].size > 0 or window == (slice(0, 0), slice(0, 0))
 
 
-@given(st.integers(1, 12), st.integers(1, 12))
-def test_nothing_is_cut_where_nothing_is_missing(rows, columns):
-    assert largest_window(np.ones((rows, columns), bool)) == (slice(0, rows), slice(0, columns))
-
-
 @given(st.integers(0, 4), st.integers(0, 4), st.integers(0, 4), st.integers(0, 4))
 def test_whole_borders_that_are_missing_are_cut_and_no_more(top, bottom, left, right):
     there = np.zeros((10 + top + bottom, 12 + left + right), bool)

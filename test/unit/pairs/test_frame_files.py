@@ -69,11 +69,6 @@ def test_equal_names_in_several_folders_pair_within_each(tmp_path):
         (6, 7), (4, 5), (2, 3), (0, 1)]
 
 
-def test_two_images_that_are_named_one_by_one_are_a_pair_whatever_their_names(tmp_path):
-    folder = written(tmp_path, ['im2.png', 'im6.png'])
-    assert levels(folder / 'im2.png', folder / 'im6.png') == [(0, 1)]
-
-
 def without_duration(content):
     """Return a .mkv as live recorders write it: a void element stands for its duration."""
     place = content.index(b'\x44\x89\x88')

@@ -114,18 +114,6 @@ def test_names_of_different_frames_make_no_pair_though_they_are_as_many(left, ri
         stamps_of('a and b', [left, right])
 
 
-def test_equal_names_pair_before_all_that_they_could_say():
-    names = ['turn_left_1', 'turn_right_1', 'turn_left_2']
-    assert sorted(pair[1:] for pair in pairs_of([names, names[1:]])) == [
-        (name, name) for name in sorted(names[1:])]
-
-
-def test_equal_times_pair_whatever_number_of_the_camera_stands_behind_them():
-    names = [[f'{1732000000033 + 33 * n}_{side}' for n in range(3)] for side in (0, 1)]
-    assert [pair[1:] for pair in pairs_of(names)] == [*zip(*names)]
-    assert pairs_of(names)[0][0] == 1732000000033 * MS
-
-
 @examples(50)
 @given(st.sets(st.integers(0, 2000), min_size=1, max_size=12), st.sets(st.integers(0, 2000)),
        st.tuples(st.integers(1, 6), st.integers(1, 6)), st.sampled_from(CAMERAS),

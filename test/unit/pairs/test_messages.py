@@ -74,15 +74,6 @@ def test_what_is_written_is_read_also_a_single_row_cut_from_an_image(rows):
     np.testing.assert_array_equal(read_image(message), pixels)
 
 
-@pytest.mark.parametrize('encoding', ['mono8', *SEMI_PLANAR])
-@pytest.mark.parametrize('behind', [12, 24, 48])
-def test_bytes_behind_the_last_row_are_accepted(encoding, behind):
-    pixels = noise(4, 6)
-    message = image(pixels, encoding)
-    message.data += bytes(behind)
-    np.testing.assert_array_equal(read_image(message), pixels)
-
-
 @pytest.mark.parametrize('encoding', SEMI_PLANAR)
 def test_luma_is_dense_where_step_counts_the_two_channels_of_sensor_msgs(encoding):
     pixels = noise(4, 6)
@@ -91,34 +82,16 @@ def test_luma_is_dense_where_step_counts_the_two_channels_of_sensor_msgs(encodin
     np.testing.assert_array_equal(read_image(message), pixels)
 
 
-@pytest.mark.parametrize('encoding', SEMI_PLANAR)
-def test_rows_of_luma_padded_to_twice_their_length_are_read_by_their_step(encoding):
-    pixels = noise(4, 6)
-    message = image(pixels, encoding, padding=6)
-    message.data += bytes(24)
-    np.testing.assert_array_equal(read_image(message), pixels)
-
-
 @pytest.mark.parametrize('changes, reason, sentence', [
     ({'encoding': '32FC1'}, 'encoding', "encoding is '32FC1'; allowed are mono8, 8UC1, mono16"),
     ({'height': 0}, 'size', 'the image is 6x0; it needs at least one pixel'),
-    ({'width': 0}, 'size', 'the image is 0x4; it needs at least one pixel'),
     ({'step': 5}, 'size', 'step is 5 bytes, but 6 pixels of mono8 need 6'),
-    ({'height': 5}, 'size', 'data has 24 bytes, but 5 rows of 6 bytes need 30'),
-    ({'height': 2**31}, 'size', 'data has 24 bytes, but 2147483648 rows of 6 bytes need'),
     ({'width': 2**31, 'step': 2**31}, 'size', 'data has 24 bytes, but 4 rows of 2147483648'),
-    ({'width': 2**31, 'height': 2**31, 'step': 0}, 'size', 'step is 0 bytes, but 2147483648'),
-    ({'data': b''}, 'size', 'data has 0 bytes, but 4 rows of 6 bytes need 24'),
 ])
 def test_an_image_that_cannot_be_right_is_rejected_with_a_sentence(changes, reason, sentence):
     rejection = rejection_of(read_image, image(noise(4, 6), 'mono8', **changes))
     assert rejection.reason == reason
     assert str(rejection).startswith(sentence)
-
-
-def test_a_mosaic_too_small_to_fill_in_is_rejected():
-    rejection = rejection_of(read_image, image(noise(3, 9), 'bayer_rggb8'))
-    assert str(rejection) == 'the image is 9x3; a Bayer pattern needs at least 4x4'
 
 
 @pytest.mark.parametrize('suffix', ['.png', '.jpg'])
@@ -146,13 +119,6 @@ def test_a_compressed_image_is_bgr_whatever_was_compressed(form):
     np.testing.assert_array_equal(read_image(compressed(content, form)), pixels)
 
 
-def test_a_compressed_image_that_says_rgb_is_turned():
-    pixels = noise(6, 8, 3)
-    content = cv2.imencode('.png', pixels)[1].tobytes()
-    read = read_image(compressed(content, 'rgb8; png compressed rgb8'))
-    np.testing.assert_array_equal(read, pixels[:, :, ::-1])
-
-
 @pytest.mark.parametrize('pattern', ['rggb', 'bggr', 'gbrg', 'grbg'])
 @pytest.mark.parametrize('dtype', [np.uint8, np.uint16])
 @pytest.mark.parametrize('ending', ['', ' ', ' bayer'])
@@ -162,37 +128,6 @@ def test_a_compressed_bayer_pattern_is_filled_in_as_a_raw_one(pattern, dtype, en
     content = cv2.imencode('.png', mosaic)[1].tobytes()
     read = read_image(compressed(content, f'{encoding}; png compressed{ending}'))
     np.testing.assert_array_equal(read, read_image(image(mosaic, encoding)))
-
-
-def test_a_bayer_pattern_in_a_grey_jpeg_gives_its_colours():
-    tile = np.array([[200, 90], [90, 40]], np.uint8)
-    content = cv2.imencode('.jpg', np.tile(tile, (8, 8)), [cv2.IMWRITE_JPEG_QUALITY, 100])[1]
-    read = read_image(compressed(content, 'bayer_rggb8; jpeg compressed bayer_rggb8'))
-    assert np.abs(read[8, 8].astype(int) - [40, 90, 200]).max() <= 3
-
-
-@pytest.mark.parametrize('form', ['16UC1; png compressed', 'mono16; png compressed ', 'png'])
-def test_a_compressed_grey_image_of_sixteen_bits_keeps_them(form):
-    deep = noise(6, 8, dtype=np.uint16)
-    content = cv2.imencode('.png', deep)[1].tobytes()
-    np.testing.assert_array_equal(read_image(compressed(content, form)), deep)
-
-
-@pytest.mark.parametrize('encoding, rows, sentence', [
-    ('bayer_rgbw8', 6, "encoding is 'bayer_rgbw8'; allowed are mono8, 8UC1,"),
-    ('bayer_rggb8', 3, 'the image is 8x3; a Bayer pattern needs at least 4x4')])
-def test_a_compressed_bayer_pattern_that_cannot_be_filled_in_is_rejected(
-        encoding, rows, sentence):
-    content = cv2.imencode('.png', noise(rows, 8))[1].tobytes()
-    rejection = rejection_of(read_image, compressed(content, f'{encoding}; png compressed'))
-    assert str(rejection).startswith(sentence)
-
-
-@pytest.mark.parametrize('content', [b'', b'no image', b'\xff\xd8\xff\xe0'])
-def test_a_broken_compressed_image_is_rejected_with_a_sentence(content):
-    rejection = rejection_of(read_image, compressed(content, 'bgr8; jpeg compressed bgr8'))
-    assert str(rejection) == (f"{len(content)} bytes of format 'bgr8; jpeg compressed bgr8' hold "
-                              'no image of 8 or 16 bits; allowed are JPEG and PNG')
 
 
 @pytest.mark.parametrize('suffix', ['.bmp', '.tiff', '.webp', '.pgm'])
@@ -215,11 +150,6 @@ def test_a_calibration_is_read_from_the_right_camera():
     assert calibration == Calibration(focal=200.0, baseline=0.12, offset=-3.0, left=LEFT)
 
 
-def test_the_baseline_is_between_the_cameras_wherever_the_origin_is():
-    calibration = read_calibration(info(tx=10.0), info(tx=-14.0))
-    assert calibration.baseline == pytest.approx(0.12)
-
-
 def test_ros_1_names_are_read_too():
     calibration = read_calibration(ros_1(info()), ros_1(info(tx=-24.0)))
     assert calibration.baseline == pytest.approx(0.12)
@@ -237,16 +167,9 @@ def test_binning_and_region_change_focal_length_and_offset_but_not_the_baseline(
 
 @pytest.mark.parametrize('left, right, sentence', [
     ({}, {'tx': 24.0}, 'the baseline is -0.12 m: left and right are swapped, or Tx is in'),
-    ({'tx': -24.0}, {}, 'the baseline is -0.12 m: left and right are swapped, or Tx is in'),
-    ({}, {'p': projection(p3=-24.0, p7=-24.0)}, 'Ty of the pair is -24: the cameras are mounted'),
     ({}, {'p': projection(p7=-24.0)}, 'Ty of the pair is -24: the cameras are mounted one above'),
     ({'p': [0.0] * 12}, {'tx': -24.0}, 'left camera_info: the camera is not calibrated (P[0] is '),
-    ({}, {'p': projection(p0=0.0)}, 'right camera_info: the camera is not calibrated (P[0] is '),
     ({}, {'p': projection(p0=5e-324), 'binning_x': 9}, 'right camera_info: the camera is not ca'),
-    ({}, {'p': projection(p5=0.0)}, 'right camera_info: the camera is not calibrated (P[0] is '),
-    ({}, {'k': [0.0] * 9, 'tx': 24.0}, 'the baseline is -0.12 m: left and right are swapped'),
-    ({}, {'p': [float('nan')] * 12}, 'right camera_info: P is not twelve finite numbers'),
-    ({}, {'p': projection(p0=float('nan'))}, 'right camera_info: P is not twelve finite numbers'),
     ({}, {'p': projection(p3=float('inf'))}, 'right camera_info: P is not twelve finite numbers'),
     ({}, {'p': []}, 'right camera_info: P is not twelve finite numbers'),
     ({'binning_x': 2}, {'tx': -24.0}, 'the cameras bin 2x1 and 1x1 pixels; a pair needs equal'),
@@ -274,11 +197,9 @@ def test_without_a_baseline_a_calibration_has_no_metres_and_one_remark(left, rig
 DOUBTFUL = [
     ({}, {'tx': -24000.0}, ['the baseline is 120 m; if that is meant to be cm or mm, all depths '
                             'and points are 100 or 1000 times too far: P[3] of the right']),
-    ({}, {'tx': -400.0}, ['the baseline is 2 m; if that is meant to be cm or mm, all depths and']),
     ({'tx': -91.0}, {'tx': -91.0}, ['the baseline is 0 m, as P[3] of both camera_info is the sa']),
     ({}, {'p': projection(p3=-24.0, p1=0.5, p4=-3.0, p8=-0.01, p9=2e-6, p10=0.999)},
      ['P[1] is 0.5, P[4] is -3, P[8] is -0.01, P[9] is 2e-06, P[10] is 0.999 in the right camer']),
-    ({'p': projection(p10=2.0)}, {'tx': -24.0}, ['P[10] is 2 in the left camera_info: P of a']),
     ({'cx': 20.0}, {'tx': -24.0}, ['the principal point 20, 40 of the left camera_info is far out'
                                    'side the middle of 100x80 pixels: give the region']),
     ({'roi': region(y_offset=30, height=50)}, {'tx': -24.0, 'roi': region(y_offset=30, height=50)},

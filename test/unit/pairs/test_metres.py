@@ -83,12 +83,6 @@ def test_a_point_is_seen_at_its_pixel_with_its_disparity(disparity, calibration)
                                rtol=3e-7)
 
 
-def test_only_the_place_of_a_point_is_written():
-    points = points_of(np.ones((3, 5), np.float32), LEFT, words=8)
-    assert (points[:, :, 3:] == -7).all()
-    assert (points[:, :, 2] == 1).all()
-
-
 @pytest.mark.parametrize('depth, disparity', [
     (10.0, 24.0), (np.nan, np.nan), (np.inf, 4.0), (0.0, np.nan), (-0.0, np.nan), (-2.0, np.nan),
     (-np.inf, np.nan)])

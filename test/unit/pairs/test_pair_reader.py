@@ -38,14 +38,6 @@ def test_a_stamp_of_0_and_an_empty_frame_get_a_remark_while_they_last():
         assert all('let the driver set header.' in one for one in pair.calibration.remarks)
 
 
-def test_an_image_of_another_size_than_its_camera_info_is_used_with_a_remark():
-    pair = PairReader().read(image(noise(40, 50), 'mono8'), info(),
-                             image(noise(40, 50), 'mono8'), info(tx=-24.0, width=0))
-    assert pair.calibration.remarks == (
-        'the left image is 50x40, its camera_info expects 100x80: depth and points are 2 times '
-        'too far, as fx is of the other size: publish the camera_info of this size',)
-
-
 @pytest.mark.parametrize('size, effect', [
     ((160, 200), 'depth and points are 2 times too near, as fx is of the other size: publish '
                  'the camera_info of this size'),
@@ -57,24 +49,11 @@ def test_what_an_unexpected_size_does_to_depth_and_points_is_told(size, effect):
     assert [remark.split(': ', 1)[1] for remark in pair.calibration.remarks] == 2 * [effect]
 
 
-def test_a_binned_image_of_a_region_has_the_expected_size():
-    changes = {'binning_x': 2, 'binning_y': 2, 'roi': region(4, 4, 60, 80)}
-    pair = PairReader().read(image(noise(30, 40), 'mono8'), info(**changes),
-                             image(noise(30, 40), 'mono8'), info(tx=-24.0, **changes))
-    assert pair.calibration.remarks == ()
-
-
 def test_images_of_two_sizes_are_rejected():
     rejection = rejection_of(PairReader().read, image(noise(80, 100), 'mono8'), info(),
                              image(noise(80, 99), 'mono8'), info(tx=-24.0))
     assert (rejection.reason, str(rejection)) == (
         'size', 'the left image is 100x80, the right one 99x80; a pair needs two of one size')
-
-
-def test_a_rejection_names_the_side():
-    rejection = rejection_of(PairReader().read, image(noise(80, 100), 'mono8'), info(),
-                             image(noise(80, 100), 'mono8', encoding='32FC1'), info(tx=-24.0))
-    assert str(rejection).startswith("right image: encoding is '32FC1'")
 
 
 @pytest.mark.parametrize('left, right, dtype', [
@@ -89,13 +68,6 @@ def test_two_images_of_a_pair_become_equally_deep(left, right, dtype):
         image(right, names[right.ndim, right.itemsize]), info(tx=-24.0))
     assert (pair.left.dtype, pair.right.dtype) == (dtype, dtype)
     assert (pair.left.shape, pair.right.shape) == (left.shape, right.shape)
-
-
-def test_eight_and_twelve_bits_of_one_scene_become_equally_bright():
-    grey = noise(80, 100)
-    pair = PairReader().read(image(grey, 'mono8'), info(),
-                             image(grey.astype(np.uint16) * 16, 'mono16'), info(tx=-24.0))
-    assert np.abs(pair.left.astype(int) - pair.right).max() < 257
 
 
 # ---- rectified here ----
@@ -183,17 +155,6 @@ def white_pair():
     return messages
 
 
-def test_a_cut_pair_has_no_pixel_without_source():
-    messages = white_pair()
-    whole = PairReader(rectify=True).read(*messages)
-    cut = PairReader(rectify=True, crop=True).read(*messages)
-    assert (whole.left == 0).any()
-    assert (whole.right == 0).any()
-    assert (cut.left == 255).all()
-    assert (cut.right == 255).all()
-    assert cut.left.size > 0.8 * whole.left.size
-
-
 @pytest.mark.parametrize('scale', [1.0, 0.5])
 def test_a_rectified_pair_names_the_pixels_without_source_and_a_cut_one_has_none(scale):
     messages = white_pair()
@@ -204,34 +165,6 @@ def test_a_rectified_pair_names_the_pixels_without_source_and_a_cut_one_has_none
         assert 0 < missing.mean() < 0.3
     assert PairReader(rectify=True, crop=True, scale=scale).read(*messages).missing is None
     assert PairReader(scale=scale).read(*messages).missing is None
-
-
-def test_cutting_leaves_the_pixels_and_moves_the_centre():
-    _, messages = raw_pair()
-    whole = PairReader(rectify=True).read(*messages)
-    cut = PairReader(rectify=True, crop=True).read(*messages)
-    window = window_of(cut)
-    np.testing.assert_array_equal(cut.left, whole.left[window])
-    np.testing.assert_array_equal(cut.right, whole.right[window])
-    assert cut.left.flags.c_contiguous
-    before, after = whole.calibration, cut.calibration
-    assert (before.focal, before.baseline, before.offset) == (
-        after.focal, after.baseline, after.offset)
-    assert window[0].start > 0
-    assert window[1].start > 0
-
-
-def test_images_rectified_elsewhere_are_cut_as_those_rectified_here():
-    _, messages = raw_pair()
-    here = PairReader(rectify=True, crop=True).read(*messages)
-    whole = PairReader(rectify=True).read(*messages)
-    for message, rectified in zip(messages[::2], (whole.left, whole.right)):
-        message.data = rectified.tobytes()
-    elsewhere = PairReader(crop=True).read(*messages)
-    np.testing.assert_array_equal(elsewhere.left, here.left)
-    np.testing.assert_array_equal(elsewhere.right, here.right)
-    assert elsewhere.left.flags.c_contiguous
-    assert elsewhere.calibration == here.calibration
 
 
 def test_where_nothing_is_missing_nothing_is_cut_or_copied():
@@ -287,25 +220,6 @@ def test_a_reduced_image_is_the_mean_of_blocks(scale, shape, encoding):
         assert found.dtype == dtype
         assert found.flags.c_contiguous
         assert abs(found - blocks.mean(axis=(1, 3))).max() <= 0.5
-
-
-@pytest.mark.parametrize('scale', [0.5, 0.25])
-def test_a_reduced_pair_measures_the_same_rays_and_depths(scale):
-    """Brightness is the column, so that the images say which columns a pixel is the mean of."""
-    columns = np.tile(np.arange(100, dtype=np.uint16) * 100, (80, 1))
-    messages = (image(columns, 'mono16'), info(),
-                image(columns, 'mono16'), info(tx=-24.0, cx=53.0))
-    full = PairReader().read(*messages).calibration
-    pair = PairReader(scale=scale).read(*messages)
-    small = pair.calibration
-    rays = (pair.left[0] / 100 - full.left.cx) / full.left.fx
-    reduced = (np.arange(pair.left.shape[1]) - small.left.cx) / small.left.fx
-    np.testing.assert_allclose(rays, reduced, rtol=0, atol=1e-9)
-    assert small.left.cy == (40 + 0.5) * scale - 0.5
-    assert (small.left.fy, small.baseline) == (200 * scale, full.baseline)
-    disparity = 7.0
-    assert (small.focal * small.baseline / (disparity * scale - small.offset)
-            == pytest.approx(full.focal * full.baseline / (disparity - full.offset)))
 
 
 @pytest.mark.parametrize('scale', [0.5, 0.25])

@@ -79,22 +79,6 @@ def test_points_have_the_colours_of_the_left_image(dtype, channels, avoid_paddin
                                   red * 0x10000 + green * 0x100 + blue)
 
 
-def test_padding_of_points_is_zero():
-    message = filled_points(np.full((3, 5), 4.0), np.full((3, 5), 77, np.uint8))
-    words = np.frombuffer(message.data, '<u4').reshape(3, 5, 8)
-    assert not words[:, :, [3, 5, 6, 7]].any()
-    assert words[:, :, [0, 1, 2, 4]].all()
-
-
-def test_points_filled_again_stay_in_their_memory():
-    message = filled_points(np.full((3, 5), 4.0), np.full((3, 5), 77, np.uint8))
-    data = message.data
-    again = filled_points(np.full((3, 5), 8.0), np.full((3, 5), 1, np.uint8), message=message)
-    fresh = filled_points(np.full((3, 5), 8.0), np.full((3, 5), 1, np.uint8))
-    assert again.data is data
-    assert again == fresh
-
-
 @pytest.mark.parametrize('use_color, avoid_padding, shape', [
     (True, True, (3, 5)), (False, True, (4, 5)), (False, False, (4, 5)), (True, False, (3, 5))])
 def test_points_of_another_layout_keep_nothing_of_those_before(use_color, avoid_padding, shape):
@@ -104,21 +88,6 @@ def test_points_of_another_layout_keep_nothing_of_those_before(use_color, avoid_
                           message)
     assert again == filled_points(np.full((3, 5), 4.0), np.full((3, 5), 77, np.uint8), False,
                                   False)
-
-
-@pytest.mark.parametrize('use_color, avoid_padding, step, places', LAYOUTS)
-def test_points_go_through_ros_and_back(use_color, avoid_padding, step, places):
-    sensor_messages = pytest.importorskip('sensor_msgs.msg')
-    serialization = pytest.importorskip('rclpy.serialization')
-    message = fill_points(
-        sensor_messages.PointCloud2(), made_match(np.full((80, 100), 5.0)), make_pair((80, 100)),
-        sensor_messages.PointField, {**USUAL_POINTS, 'use_color': use_color,
-                                     'avoid_point_cloud_padding': avoid_padding})
-    read = serialization.deserialize_message(
-        serialization.serialize_message(message), sensor_messages.PointCloud2)
-    assert read == message
-    assert {field.name: field.offset for field in read.fields} == places
-    assert (field_of(read, 'z') == np.float32(4.8)).all()
 
 
 def test_a_stride_leaves_every_so_many_th_point_of_the_whole_cloud():

@@ -1,10 +1,9 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """The maps of a rectification, against a plain camera and what a lens cannot show."""
-import cv2
 from fuzzy_stereo_ros.pairs.lenses import COEFFICIENTS
 from fuzzy_stereo_ros.pairs.pair_reader import is_inside, OFF_IMAGE, raw_positions
-from made_messages import info, region, rejection_of, ros_1
+from made_messages import info, region, rejection_of
 import numpy as np
 import pytest
 from raw_camera import CENTRE, COLUMNS, FOCAL, LENSES, RawCamera, ROWS
@@ -44,11 +43,6 @@ def test_a_camera_without_distortion_or_turn_is_left_as_it_is(changes):
     assert is_inside(*places, 80, 100).all()
 
 
-def test_ros_1_names_give_the_same_map():
-    camera = CAMERAS['left']
-    np.testing.assert_array_equal(places_of(ros_1(camera.info())), places_of(camera.info()))
-
-
 @EACH_LENS
 def test_a_region_of_the_raw_image_becomes_that_region_of_the_rectified_one(model):
     camera = RawCamera(model, (0.02, -0.03, 0.015))
@@ -83,11 +77,6 @@ def test_what_lies_beyond_where_a_lens_turns_back_comes_from_nowhere(model, coef
     assert not nowhere[radius < last - 0.01].any()
 
 
-def test_what_lies_behind_a_camera_comes_from_nowhere():
-    turned = info(r=list(cv2.Rodrigues(np.array([0, np.pi, 0]))[0].ravel()))
-    assert (places_of(turned, 80, 100) == OFF_IMAGE).all()
-
-
 def test_a_place_is_inside_where_its_four_pixels_are():
     x, y = np.float32([0, -0.01, -0.02, 9, 9.01, 9.02, 5, 5, np.inf]), np.float32([0] * 9)
     y[6:8] = 4, 4.5
@@ -97,19 +86,12 @@ def test_a_place_is_inside_where_its_four_pixels_are():
 
 @pytest.mark.parametrize('changes, sentence', [
     ({'r': [0.0] * 9}, 'left camera_info: R is not a rotation; calibrate the two cameras as a'),
-    ({'r': []}, 'left camera_info: R is not a rotation'),
-    ({'r': [float('nan')] * 9}, 'left camera_info: R is not a rotation'),
-    ({'r': [2.0, 0, 0, 0, 2, 0, 0, 0, 2]}, 'left camera_info: R is not a rotation'),
     ({'r': [1.0, 0, 0, 0, 1, 0, 0, 0, -1]}, 'left camera_info: R is not a rotation'),
     ({'k': [200.0, 0, 50, 0, 0, 40, 0, 0, 1]}, 'left camera_info: K is not of a calibrated'),
-    ({'k': [200.0, 0, float('nan'), 0, 200, 40, 0, 0, 1]}, 'left camera_info: K is not of a'),
-    ({'k': [200.0]}, 'left camera_info: K is not of a calibrated camera'),
     ({'distortion_model': 'fov', 'd': [0.9]},
      "left camera_info: distortion_model is 'fov'; allowed are plumb_bob, rational_polynomial, "
      'equidistant; for others'),
     ({'d': [0.1] * 3}, 'left camera_info: D has 3 numbers; allowed for plumb_bob are 4, 5, 8,'),
-    ({'d': [0.1] * 5, 'distortion_model': 'equidistant'},
-     'left camera_info: D has 5 numbers; allowed for equidistant are 4 finite ones'),
     ({'d': [0.1, float('nan'), 0, 0]}, 'left camera_info: D has 4 numbers; allowed for plumb_bo'),
 ])
 def test_a_camera_that_cannot_be_rectified_is_rejected_with_a_sentence(changes, sentence):

@@ -5,7 +5,6 @@ from fuzzy_stereo_ros.pairs.synchroniser import Synchroniser
 from hypothesis import given, strategies as st
 
 TOPICS = ('left', 'left_info', 'right', 'right_info')
-MILLISECOND = 1_000_000
 
 
 def play(synchroniser, events):
@@ -52,14 +51,6 @@ def test_a_set_comes_out_with_its_last_message_in_the_order_of_topics():
     assert found == (7, ('left7', 'left_info7', 'right7', 'right_info7'), 0, False)
 
 
-def test_what_is_older_than_a_set_is_let_go_and_counted():
-    synchroniser = Synchroniser(TOPICS)
-    sets = play(synchroniser, [('left', 1), ('right', 1), ('left', 2), *whole(3)])
-    assert stamps_of(sets) == [3]
-    assert synchroniser.unmatched == {'left': 2, 'left_info': 0, 'right': 1, 'right_info': 0}
-    assert [synchroniser.waiting(topic) for topic in TOPICS] == [0, 0, 0, 0]
-
-
 def test_queues_are_bounded_and_the_oldest_is_let_go():
     synchroniser = Synchroniser(TOPICS, queue_size=2)
     play(synchroniser, [('left', stamp) for stamp in range(1000)])
@@ -86,35 +77,6 @@ def test_a_straggler_from_before_the_jump_costs_no_set():
     (found,) = play(synchroniser, events)
     assert (found.stamp, found.went_back) == (0, True)
     check_every_message_is_accounted_for(synchroniser)
-
-
-def test_a_topic_that_never_saw_the_jump_does_not_block_the_others():
-    synchroniser = Synchroniser(TOPICS)
-    play(synchroniser, whole(3))
-    others = ('left', 'left_info', 'right_info')
-    play(synchroniser, [(topic, stamp) for stamp in (9, 0) for topic in others])
-    (found,) = play(synchroniser, whole(4))
-    assert (found.stamp, found.went_back) == (4, False)
-
-
-def test_cameras_that_leave_their_stamps_zero_are_matched_as_they_come():
-    synchroniser = Synchroniser(TOPICS)
-    sets = play(synchroniser, whole(0) * 3)
-    assert [found.went_back for found in sets] == [False, False, False]
-
-
-def test_a_message_that_comes_twice_loses_nothing_that_waits():
-    synchroniser = Synchroniser(TOPICS)
-    events = [('left', 1), ('left', 2), ('left', 2)]
-    others = [(topic, stamp) for stamp in (1, 2) for topic in TOPICS[1:]]
-    assert stamps_of(play(synchroniser, events + others)) == [1, 2]
-    assert synchroniser.unmatched['left'] == 1
-
-
-def test_one_topic_alone_has_no_difference_of_stamps():
-    synchroniser = Synchroniser(TOPICS)
-    synchroniser.add('left', 1, 'left1')
-    assert synchroniser.difference() is None
 
 
 @given(interleaved(streams()))
@@ -181,18 +143,6 @@ def test_sets_that_wait_for_a_cached_message_are_returned_in_order_when_it_comes
     assert synchroniser.difference() == 0
 
 
-def test_cameras_a_millisecond_apart_are_joined_with_a_tolerance():
-    synchroniser = Synchroniser(TOPICS, tolerance=5 * MILLISECOND)
-    events = []
-    for frame in range(5):
-        left = 33 * MILLISECOND * frame
-        right = left - MILLISECOND + 33 * MILLISECOND
-        events += [('left', left), ('left_info', left), ('right', right), ('right_info', right)]
-    sets = play(synchroniser, events) + synchroniser.finish()
-    assert stamps_of(sets) == [33 * MILLISECOND * frame for frame in range(1, 5)]
-    assert {found.spread for found in sets} == {MILLISECOND}
-
-
 def test_a_queue_of_one_joins_nearest_stamps_as_a_queue_of_two():
     events = []
     for late in (1, -1):
@@ -205,10 +155,6 @@ def test_a_queue_of_one_joins_nearest_stamps_as_a_queue_of_two():
     assert sets == play(two, events)
     assert stamps_of(sets) == [100, 110, -100, -90]
     check_every_message_is_accounted_for(one)
-
-
-def test_equal_stamps_wait_for_nothing_with_a_tolerance():
-    assert stamps_of(play(Synchroniser(TOPICS, tolerance=0), whole(7))) == [7]
 
 
 def test_a_message_is_left_to_the_pivot_that_is_nearer():
