@@ -11,7 +11,6 @@ from xml.etree import ElementTree
 import zipfile
 
 from packaging.requirements import Requirement
-from packaging.version import Version
 from pages import commands, ROOT, text_of
 import pytest
 
@@ -135,11 +134,6 @@ def said_in_setup(name):
     """Return what setup.py gives for a keyword."""
     return next(ast.literal_eval(node.value) for node in ast.walk(ast.parse(text_of('setup.py')))
                 if isinstance(node, ast.keyword) and node.arg == name)
-
-
-def test_the_oldest_python_of_the_matrix_is_the_oldest_that_is_allowed():
-    pythons = [Version(name) for name in matrix()['env_list'] if name.replace('.', '').isdigit()]
-    assert said_in_setup('python_requires') == f'>={min(pythons)}'
 
 
 @pytest.mark.parametrize('name', ['3.11-jazzy', '3.12-jazzy'])

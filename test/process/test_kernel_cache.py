@@ -138,11 +138,6 @@ def test_what_another_user_compiled_beside_the_code_is_read_there_and_more_kept_
     assert run(package, 0.5, before=as_stranger(), HOME=home)['hits'] == 1
 
 
-def test_what_another_user_compiled_is_read_without_a_folder_of_ones_own(package, strange_home):
-    told = run(package, before=as_stranger(), HOME='/dev/null')
-    assert (told['result'], told['hits'], told['remarks']) == (2, 1, [])
-
-
 @pytest.fixture
 def closed(package):
     """Return a package beside whose code nothing can be kept."""
@@ -206,15 +201,6 @@ def test_processes_that_start_at_once_do_not_break_one_another(package):
     for number, result in results.items():
         told = run(package, number)
         assert (told['result'], told['hits']) == (result, 1)
-
-
-def test_kernels_with_checked_bounds_and_without_are_kept_apart(tmp_path, monkeypatch):
-    monkeypatch.setattr(numba.config, 'CACHE_DIR', str(tmp_path))
-    folders = set()
-    for checked in (None, 1, None):
-        monkeypatch.setattr(numba.config, 'BOUNDSCHECK', checked)
-        folders.add(compiled.choose_folders()[0])
-    assert len(folders) == 2
 
 
 def test_folders_not_used_for_long_are_removed_and_nothing_else(tmp_path, monkeypatch):

@@ -6,13 +6,12 @@ from queue import SimpleQueue
 import subprocess
 import sys
 
-from fuzzy_stereo_ros import pair_matcher, program
+from fuzzy_stereo_ros import pair_matcher
 from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
 from fuzzy_stereo_ros.matching.matcher import ALGORITHMS
 from fuzzy_stereo_ros.matching.realtime.matcher import RealtimeMatcher
 from fuzzy_stereo_ros.pairs.camera_files import centred_calibration
 from fuzzy_stereo_ros.pairs.stereo_pair import StereoPair
-from fuzzy_stereo_ros.program import give_back_memory, use_one_arena
 from made_scenes import shifted_pair
 from node_process import ROOT, START
 from numba._dispatcher import compute_fingerprint
@@ -97,12 +96,6 @@ def printed(program):
 def test_what_another_thread_has_freed_goes_back_to_the_system_and_though_it_is_the_last():
     assert printed(SCATTERED)[0] > 30
     assert abs(printed(AT_THE_END)[0]) < 10
-
-
-def test_without_such_a_call_nothing_happens(monkeypatch):
-    monkeypatch.setattr(program.ctypes, 'CDLL', lambda name: object())
-    assert give_back_memory() is None
-    assert use_one_arena() is None
 
 
 def test_a_matcher_that_is_replaced_and_images_of_another_size_are_given_back(monkeypatch):

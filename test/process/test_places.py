@@ -60,12 +60,6 @@ def test_the_node_starts_with_no_home_and_says_that_logs_go_to_no_file(ros, bare
     assert 'rcutils' not in log
 
 
-def test_the_node_makes_a_home_that_is_not_there(ros, bare, tmp_path):
-    bare('HOME', str(tmp_path / 'home'))
-    assert LOGS not in started()
-    assert [*(tmp_path / 'home' / '.ros' / 'log').iterdir()]
-
-
 def test_the_node_starts_where_all_is_read_only_and_says_both(ros, bare, tmp_path):
     bare('HOME', str(tmp_path))
     log = started(mounting({tmp_path: READ_ONLY, CODE: READ_ONLY}))
