@@ -120,7 +120,8 @@ class Stage(Bench):
         """Take back the subscription, when all that was sent has come to something."""
         self.settle()
         self.listener.destroy_subscription(self._listening)
-        self.until(lambda: not self.rig.subscribed_to(), 'the node subscribes to nothing')
+        self.until(lambda: not any(map(self.listener.count_subscribers, TOPICS)),
+                   'the node subscribes to nothing')
 
     def arrive(self):
         """Subscribe again and wait for the node to do so."""
