@@ -127,8 +127,7 @@ def run(request):
     return report_of('conditions', 'Pictures as cameras give them', {
         'ours': f'{request.ours.description}, filled, cold; colour images, *grey*: the grey ones '
                 'that OpenCV gets',
-        'baselines': 'OpenCV, tuned and filled as in accuracy',
-        'error': 'percent of pixels off, as in accuracy',
+        'error': 'percent of pixels off, and OpenCV tuned and filled, as in accuracy',
         **in_words(request.draws),
         'pictures': 'the right one changes, where not *both* are named, or noise and light; '
                     f'columns differ by {COLUMNS:g} grey levels, variance of the noise '
@@ -154,7 +153,7 @@ def measure(ours, subject, draw):
 def table(figures):
     """Return the table of a DataFrame of the dicts of `measure`."""
     mean = means_over_draws(counted(figures), ['group', 'condition'], [OURS, GREY, *OPENCV])
-    beside = mean.apply(lambda row: ' / '.join(
+    beside = mean.apply(lambda row: '/'.join(
         f'{error:.2f}' for error in (row[OURS], row[GREY], min(row[OPENCV]))), axis=1)
     return Table.of('Conditions: mean error in percent, ours / ours, grey / OpenCV',
                     beside.unstack('group', sort=False),
