@@ -119,14 +119,16 @@ def test_pixels_of_higher_confidence_are_right_more_often():
     assert shares[0] <= shares[1] / 2 < shares[2] / 4
 
 
-@pytest.mark.parametrize('options, limit', [
-    ({'seed': 1, 'min_disparity': -12, 'colour': True}, 2.5),
-    ({'seed': 2, 'min_disparity': 9, 'bits': 12}, 2.5), ({'exposure': 1.3}, 2.5),
-    ({'noise': 8.0}, 4)])
-def test_a_made_scene_is_found_but_for_few_pixels(options, limit):
-    pair = make_pair(160, 240, 24, **options)
-    match = matched(pair, CONFIG, min_disparity=options.get('min_disparity', 0), fill=True)
-    assert wrong(match, pair) < limit
+@pytest.mark.parametrize('options', [
+    {'min_disparity': -12, 'colour': True}, {'min_disparity': 9, 'bits': 12}, {'exposure': 1.3},
+    {'noise': 8.0}])
+def test_made_scenes_are_found_but_for_few_pixels(options):
+    found = []
+    for seed in range(6):
+        pair = make_pair(160, 240, 24, seed=seed, **options)
+        found.append(wrong(matched(pair, CONFIG, fill=True,
+                                   min_disparity=options.get('min_disparity', 0)), pair))
+    assert np.mean(found) < 2 and max(found) < 3
 
 
 # ---- the course of a match ----
