@@ -83,9 +83,15 @@ def node_is_there(bench, name):
                                  in bench.listener.get_node_names_and_namespaces()], name)
 
 
-MEANINGS = {('param', 'set'): set_parameter, ('param', 'describe'): describe,
-            ('service', 'call'): call, ('topic', 'echo'): echo, ('topic', 'hz'): is_there,
-            ('topic', 'info'): is_there, ('node', 'info'): node_is_there}
+def recorded(bench, *words):
+    for topic in words[words.index('--topics') + 1:]:
+        is_there(bench, topic)
+
+
+MEANINGS = {('bag', 'record'): recorded, ('param', 'set'): set_parameter,
+            ('param', 'describe'): describe, ('service', 'call'): call,
+            ('topic', 'echo'): echo, ('topic', 'hz'): is_there, ('topic', 'info'): is_there,
+            ('node', 'info'): node_is_there}
 
 
 @pytest.mark.parametrize('words', OTHERS, ids=in_one_line)

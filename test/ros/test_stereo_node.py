@@ -38,6 +38,10 @@ def change_projection(side, place, value):
     return change
 
 
+def narrow_right(messages):
+    replace_image('right/image_rect', width=119)(messages)
+
+
 def narrow_both(messages):
     for side in ('left', 'right'):
         replace_image(f'{side}/image_rect', width=8)(messages)
@@ -122,15 +126,27 @@ def test_without_a_baseline_disparities_come_without_metres_and_a_warning(bench)
     assert bench.status.level == DiagnosticStatus.WARN
     assert 'points2 cannot be made, though asked for: the baseline is 0 m' in bench.status.message
 
-    last = stamp_of(bench.match(*PAIR).header)
-    bench.until(lambda: last in points, 'points of the pair after them')
+    def without_k(messages):
+        for topic in ('left/camera_info', 'right/camera_info'):
+            messages[topic].k = 9 * [0.0]
+
+    message = bench.match(*PAIR, change=without_k)
+    assert message.t == pytest.approx(0.12)
+    last = stamp_of(message.header)
+    bench.until(lambda: last in points, 'points of the pair after them, by P alone')
     assert stamp not in points
     assert bench.node.log(mark).count('the baseline is 0 m, as P[3] of the right camera_in') == 1
     bench.listener.destroy_subscription(bench.subscriptions.pop())
+    bench.match(*PAIR, change=uncalibrate)
+    bench.counts()
+    assert 'cannot be made' not in bench.status.message
 
 
 @pytest.mark.parametrize('change, sentence', [
     (replace_image('left/image_rect', encoding='32FC1'), "left image: encoding is '32FC1'"),
+    (replace_image('right/image_rect', height=2**31), 'right image: data has 7200 bytes'),
+    (change_projection('right', 3, 24.0), 'the baseline is -0.12 m: left and right are swapped'),
+    (narrow_right, 'the left image is 120x60, the right one 119x60'),
     (narrow_both, '16 disparities are more than the 8 columns'),
 ])
 def test_a_bad_pair_is_logged_and_survived(bench, change, sentence):
@@ -162,6 +178,16 @@ def test_bad_pairs_that_keep_coming_are_counted_and_logged_once_in_five_seconds(
     assert int(after['pairs matched']) - int(before['pairs matched']) == 1
     assert int(after['rejected: encoding']) >= number
     assert ' pairs rejected since the last report ' in bench.node.log()
+
+
+def test_stamps_that_go_back_are_matched_and_reported(bench):
+    before = int(bench.counts()['stamps went back'])
+    bench.match(*PAIR)
+    mark = bench.node.mark()
+    for stamp in (100, 101, 5, 6):
+        bench.match(*PAIR, stamp=stamp * SECOND)
+    bench.node.logged('timestamps jumped back', mark)
+    assert int(bench.counts()['stamps went back']) == before + 2
 
 
 def test_in_a_flood_the_newest_pair_wins_and_the_counts_add_up(bench):
