@@ -65,21 +65,12 @@ def _inherit(parent, origin, top, left, side, seen, nowhere):
     for row in range(max((top - grow) // cell, 0), min((top + side + grow) // cell, parent.rows),
                      STEP):
         at = row * parent.columns
-        if parent.validity != 0:
-            for column in range(begin, end, STEP):
-                label = (np.int64(load_byte(parent.labels, at + column))
-                         if parent.label_bytes == 1
-                         else np.int64(load_short(parent.labels, at + column)))
-                valid = load_byte(parent.validity, at + column) != INVALID
-                store_byte(seen, parent.scale * label if valid else nowhere, mark)
-        elif parent.label_bytes == 1:
-            for column in range(begin, end, STEP):
-                store_byte(seen, parent.scale * np.int64(load_byte(parent.labels, at + column)),
-                           mark)
-        else:
-            for column in range(begin, end, STEP):
-                store_byte(seen, parent.scale * np.int64(load_short(parent.labels, at + column)),
-                           mark)
+        for column in range(begin, end, STEP):
+            label = (np.int64(load_byte(parent.labels, at + column)) if parent.label_bytes == 1
+                     else np.int64(load_short(parent.labels, at + column)))
+            valid = (parent.validity == 0
+                     or load_byte(parent.validity, at + column) != INVALID)
+            store_byte(seen, parent.scale * label if valid else nowhere, mark)
 
 
 @inlined
