@@ -18,11 +18,14 @@ import sys
 import tempfile
 import threading
 
+from llvmlite import ir
 import numba
+from numba.core import types
 from numba.core.caching import IndexDataCacheFile
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import Compiler, CompileResult
 from numba.extending import register_jitable
+from numba.np import arrayobj
 
 NAME = 'fuzzy_stereo_ros'
 MOST_FOLDERS = 8    # in a place: of other sources, other versions of Python and numba
@@ -231,6 +234,24 @@ class _PartCompiler(Compiler):
         self.state.library = _PartLibrary(self.state.targetctx.codegen(),
                                           self.state.func_id.func_qualname)
         return super().define_pipelines()
+
+
+_usual_index = arrayobj.fix_integer_index
+
+
+def _index(context, builder, kind, index, size):
+    """
+    Return an index as numba does, but in kernels only constants may count from the end.
+
+    Else there is a choice at each element, and LLVM before 15, as in numba 0.58, makes no vectors
+    of such a loop.
+    """
+    if isinstance(index, ir.Constant) or NAME not in builder.function.name:
+        return _usual_index(context, builder, kind, index, size)
+    return context.cast(builder, index, kind, types.intp)
+
+
+arrayobj.fix_integer_index = _index     # of what is compiled from now on
 
 
 def called(function=None, allocates=False, **options):
