@@ -129,8 +129,9 @@ def prefetch(typing, address, index):
 
 @intrinsic
 def splat(typing, scalar):
-    """Return a vector with the same number, uint8 or uint16, in every lane."""
-    return generated(VECTOR[scalar.bitwidth](scalar), broadcast)
+    """Return a vector with the same number, uint8, uint16 or float32, in every lane."""
+    return generated(VECTOR[scalar.bitwidth](scalar), lambda builder, number: builder.bitcast(
+        broadcast(builder, number), lanes_in_llvm(scalar.bitwidth)))
 
 
 @intrinsic
@@ -170,6 +171,15 @@ def _instruction(name):
     return _pairwise(lambda builder, a, b: getattr(builder, name)(a, b))
 
 
+def _of_floats(generate):
+    """Return an intrinsic of two vectors whose lanes hold float32 numbers."""
+    def of_bits(builder, a, b):
+        kind = ir.VectorType(ir.FloatType(), a.type.count)
+        return builder.bitcast(generate(builder, *(
+            builder.bitcast(lanes, kind) for lanes in (a, b))), a.type)
+    return _pairwise(of_bits)
+
+
 def _in_order(order_of):
     return _pairwise(lambda builder, a, b: shuffled(
         builder, a, b, list(order_of(a.type.count))))
@@ -191,15 +201,23 @@ def _compared(relation):
 
 
 minimum, maximum = _library('umin'), _library('umax')
+signed_minimum, signed_maximum = _library('smin'), _library('smax')
 saturating_add, saturating_subtract = _library('uadd.sat'), _library('usub.sat')
 absolute_difference = _pairwise(lambda builder, a, b: builder.or_(
     vector_call(builder, 'usub.sat', a, b), vector_call(builder, 'usub.sat', b, a)))
 add, subtract, multiply = (_instruction(name) for name in ('add', 'sub', 'mul'))
+add_floats, multiply_floats = (
+    _of_floats(lambda builder, a, b, name=name: getattr(builder, name)(a, b))
+    for name in ('fadd', 'fmul'))
+least_float = _of_floats(lambda builder, a, b: builder.select(
+    builder.fcmp_ordered('<', a, b), a, b))
 bit_and, bit_or, bit_xor = (_instruction(name) for name in ('and_', 'or_', 'xor'))
 # (before, labels) -> every lane gets the label below its own; (labels, after) -> the one above.
 label_below = _in_order(lambda lanes: range(lanes - 1, 2 * lanes - 1))
 label_above = _in_order(lambda lanes: range(1, lanes + 1))
-reversed_lanes = _in_order(lambda lanes: range(lanes - 1, -1, -1))    # of the first of two vectors
+# of the first of two vectors
+reversed_lanes = _in_order(lambda lanes: range(lanes - 1, -1, -1))
+neighbours = _in_order(lambda lanes: [lane ^ 1 for lane in range(lanes)])
 # Each lane divided by, or multiplied by, 2**places and cut to its bits.
 shift_right, shift_left = _shifted('lshr'), _shifted('shl')
 # Comparisons: all bits of a lane set where true, 0 elsewhere.
@@ -298,11 +316,41 @@ def lane_numbers(typing, vector):
     return generated(vector(vector), lambda builder, lanes: lanes.type(list(range(vector.lanes))))
 
 
-@intrinsic
-def high_product(typing, a, b):
-    """Return the upper 16 bits of the products of the lanes of two 16-bit vectors."""
+def _high_product(extend):
+    """Return an intrinsic of the upper 16 bits of the products of the lanes of two vectors."""
     def generate(builder, *both):
-        wide = [builder.zext(lanes, lanes_in_llvm(32)) for lanes in both]
+        wide = [getattr(builder, extend)(lanes, lanes_in_llvm(32)) for lanes in both]
         return builder.trunc(builder.lshr(builder.mul(*wide), broadcast(
             builder, ir.IntType(32)(16))), lanes_in_llvm(16))
-    return generated(VECTOR[16](VECTOR[16], VECTOR[16]), generate)
+    return _pairwise(generate)
+
+
+high_product, signed_high_product = _high_product('zext'), _high_product('sext')
+
+
+@intrinsic
+def pair_products(typing, a, b):
+    """Return the sums of two products of neighbouring signed 16-bit lanes, in 32 bits."""
+    def generate(builder, *both):
+        products = builder.mul(*(builder.sext(lanes, lanes_in_llvm(32)) for lanes in both))
+        return builder.add(*(shuffled(builder, products, products, list(range(odd, LANES, 2)))
+                             for odd in range(2)))
+    return generated(_Vector(32, LANES // 2)(a, b), generate)
+
+
+def _of_halves(name):
+    """Return an intrinsic of a 32-bit vector: an int64 of each half of its lanes."""
+    @intrinsic
+    def of_halves(typing, vector):
+        half = vector.lanes // 2
+
+        def generate(context, builder, signature, arguments):
+            return context.make_tuple(builder, signature.return_type, [builder.sext(llvm_call(
+                builder, f'llvm.vector.reduce.{name}.v{half}i32', ir.IntType(32),
+                [shuffled(builder, *arguments, *arguments, list(range(begin, begin + half)))]),
+                ir.IntType(64)) for begin in (0, half)])
+        return types.UniTuple(types.int64, 2)(vector), generate
+    return of_halves
+
+
+sums_of_halves, largest_of_halves = _of_halves('add'), _of_halves('smax')

@@ -18,7 +18,7 @@ from fuzzy_stereo_ros.matching.kernels.possibility.features import MARGIN
 from fuzzy_stereo_ros.matching.kernels.temporal.both_views import (
     ages_of_both, changes_alike, reject_pointed_at)
 from fuzzy_stereo_ros.matching.kernels.temporal.change_detection import (
-    blend, compare_tiles, roughness, TILE)
+    blend, compare_tiles, MEASURES, roughness, TILE)
 from fuzzy_stereo_ros.matching.kernels.temporal.motion import best_shift, move_ages, thumbnail
 from fuzzy_stereo_ros.matching.kernels.temporal.unchanged_tiles import (
     add_drifts, choose_tiles, reject_drifting, Rules, tile_noises)
@@ -93,7 +93,7 @@ def _even_size(size):
 class Tiles(NamedTuple):
     """A view compared with its previous picture, by tile: (tile rows, tile columns)."""
 
-    differences: np.ndarray  # float32 (2, 8, ...), by shift; see compare_tiles
+    differences: np.ndarray  # float32 (2, MEASURES, ...), by shift; see compare_tiles
     rough: np.ndarray        # float32, second differences
     noises: np.ndarray       # float32, grey levels
     ages_then: np.ndarray    # float32 (2, ...), by shift, frames in the previous average
@@ -119,7 +119,8 @@ class Averaging:
         self._motion, self._size, self._offset = Motion(rows, columns), (rows, columns), offset
         self._alike = np.zeros(shape, np.float32)
         self.ages_of_both = np.ones(shape, np.float32)
-        sizes = {'differences': (2, 8), 'ages_then': (2,), 'drifts_then': (2, 2), 'drifts': (2,)}
+        sizes = {'differences': (2, MEASURES), 'ages_then': (2,), 'drifts_then': (2, 2),
+                 'drifts': (2,)}
         kinds = {'choices': np.int8}
         self._both = Tiles(*(
             np.zeros((2, *sizes.get(name, ()), *shape), kinds.get(name, np.float32))

@@ -11,7 +11,7 @@ from typing import NamedTuple
 from fuzzy_stereo_ros.matching.kernels.compiled import inlined, kernel
 from fuzzy_stereo_ros.matching.kernels.possibility.features import MARGIN
 from fuzzy_stereo_ros.matching.kernels.temporal.change_detection import (
-    BLOCK, SIZE_OF_NOISE, TILE, UNITS)
+    BLOCK, SIZE, SIZE_OF_NOISE, STEEPNESS, TILE, UNITS)
 import numpy as np
 
 FAINTER, STRONGER = 0.4, 1.5    # contrast of texture that moved, as a factor of its differences
@@ -24,7 +24,7 @@ class ComparedTiles(NamedTuple):
     """The tiles of a view, compared with its previous picture by each of N shifts."""
 
     shifts: np.ndarray       # int64 (N, 2), down and right
-    differences: np.ndarray  # float32 (N, 8, tile rows, tile columns), see compare_tiles
+    differences: np.ndarray  # float32 (N, MEASURES, ...) by tile, see compare_tiles
     choices: np.ndarray      # int8 (tile rows, tile columns), the shift of a tile, < 0: none
 
 
@@ -57,8 +57,8 @@ def changes_alike(views, before, labels, offset, compared, alike, first, last):
         for tile in range(choices.shape[1]):
             choice = choices[tile_row, tile]
             alike[tile_row, tile] = 0
-            if choice < 0 or not _may_be_texture(differences[choice, 0, tile_row, tile],
-                                                 differences[choice, 6, tile_row, tile]):
+            if choice < 0 or not _may_be_texture(differences[choice, SIZE, tile_row, tile],
+                                                 differences[choice, STEEPNESS, tile_row, tile]):
                 continue
             down, across = shifts[choice, 0], shifts[choice, 1]
             top, bottom = tile_row * TILE, min((tile_row + 1) * TILE, rows, rows + down)

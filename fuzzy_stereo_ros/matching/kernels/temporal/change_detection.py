@@ -10,6 +10,10 @@ from typing import NamedTuple
 from fuzzy_stereo_ros.matching.kernels.compiled import called, inlined, kernel
 from fuzzy_stereo_ros.matching.kernels.possibility.features import MARGIN
 from fuzzy_stereo_ros.matching.kernels.rows import copy_row, pad_row
+from fuzzy_stereo_ros.matching.kernels.simd import (
+    absolute_difference, add, bit_and, LANES, largest_of_halves, load, maximum, neighbours,
+    pair_products, shift_left, shift_right, signed_high_product, signed_maximum, signed_minimum,
+    splat_like, subtract, sums_of_halves)
 import numpy as np
 
 TILE = 16        # pixels of a side of the tiles that are compared
@@ -22,160 +26,135 @@ LEAST_VARIED = 0.02     # share of the squares of slopes that is left without th
 SIZE_OF_NOISE = 0.8     # mean size of white noise of 1
 
 
+# What is measured of a tile, see compare_tiles.
+MEASURES = 8
+SIZE, BLOCKS, PEAK, BUMP, MOTION, VARIANCE, STEEPNESS, BRIGHTNESS = range(MEASURES)
+_DIFFERENCE, _SLOPE = MEASURES, MEASURES + 1    # sums that MOTION is made of
+
+
 @kernel(allocates=True)
 def compare_tiles(now, before, down, right, differences, first, last):
     """
     Measure how tiles of a picture differ from the picture before, moved down and to the right.
 
     now: uint16 (R + 4, C + 4 + slack), padded; before: uint16 (R, C); differences: float32
-    (8, tile rows, tile columns), of which the tile rows first .. last are written:
+    (MEASURES, tile rows, tile columns), of which the tile rows first .. last are written:
 
-    0: the mean absolute difference of pixels, grey levels; infinite for tiles that show nothing
+    SIZE: the mean absolute difference of pixels, grey levels; infinite for tiles that show nothing
     of the picture before
-    1: the mean absolute value of the mean differences of blocks, times BLOCK, grey levels; that
-    of white noise is as large as the difference of pixels
-    2: the largest absolute mean difference of a block, grey levels
-    3: the largest mean absolute difference of a block, grey levels
-    4: the covariance of differences and slopes along the row, of sums of BLOCK rows, in units of
-    its own; its sign is that of a motion, and a change of light leaves it as it is
-    5: its variance if all differences are noise
-    6: the sum of the squares of the slopes
-    7: the mean grey level before
+    BLOCKS: the mean absolute value of the mean differences of blocks, times BLOCK, grey levels;
+    that of white noise is as large as the difference of pixels
+    PEAK: the largest absolute mean difference of a block, grey levels
+    BUMP: the largest mean absolute difference of a block, grey levels
+    MOTION: the covariance of differences and slopes along the row, of sums of BLOCK rows, in units
+    of its own; its sign is that of a motion, and a change of light leaves it as it is
+    VARIANCE: its variance if all differences are noise
+    STEEPNESS: the sum of the squares of the slopes
+    BRIGHTNESS: the mean grey level before
     """
     rows, columns = before.shape
     top, bottom = max(down, 0), rows + min(down, 0)
     begin, end = max(right, 0), columns + min(right, 0)
-    signed = np.zeros(columns + 2 * TILE, np.int16)
-    sizes = np.zeros_like(signed)
-    bright = np.zeros(columns + 2, np.int16)
-    of_columns = np.zeros((10, columns + TILE), np.int32)
+    width = columns + 2 * LANES
+    compared, old = np.zeros(width, np.uint16), np.zeros((TILE, width), np.uint16)
+    compared[begin:max(begin, end)] = 65535
+    sums = np.zeros((MEASURES + 2, differences.shape[2] + 1), np.int64)
     for tile_row in range(first, last):
         above, below = max(tile_row * TILE, top), min((tile_row + 1) * TILE, bottom)
-        of_columns[:] = 0
-        for strip in range(tile_row * TILE, (tile_row + 1) * TILE, BLOCK):
-            signed[:] = 0
-            sizes[:] = 0
-            bright[:] = 0
-            for row in range(max(strip, above), min(strip + BLOCK, below)):
-                here = now[row + MARGIN, begin + MARGIN:max(begin, end) + MARGIN]
-                there = before[row - down, begin - right:max(begin, end) - right]
-                _add_differences(here, there, signed[begin:], sizes[begin:])
-                _add_brightness(there, bright[begin + 1:])
-            if end > begin:
-                bright[begin], bright[end + 1] = bright[begin + 1], bright[end]
-                _add_products(signed[begin:end], bright[begin:], of_columns[4, begin:],
-                              of_columns[5, begin:])
-                _add_slopes(signed[begin:end], bright[begin:], of_columns[6, begin:],
-                            of_columns[7, begin:], of_columns[8, begin:])
-                _add_columns(bright[begin + 1:end + 1], of_columns[9, begin:])
-            _add_blocks(sizes, of_columns[0], of_columns[3])
-            _add_blocks(signed, of_columns[1], of_columns[2])
-        _sum_up(of_columns, max(below - above, 0), begin, end, differences[:, tile_row])
+        if end > begin:
+            for row in range(above, below):
+                line = old[row % TILE]
+                _copy_coarse(before[row - down, begin - right:end - right], line[begin + 1:])
+                line[begin], line[end + 1] = line[begin + 1], line[end]
+        for tile in range(0, differences.shape[2], LANES // TILE):
+            _compare(now.reshape(-1), now.shape[1], old.reshape(-1), width, (above, below),
+                     load(compared, tile * TILE), tile, sums)
+        _write_measures(sums, max(below - above, 0), begin, end, differences[:, tile_row])
 
 
 @called
-def _add_differences(here, there, signed, sizes):
-    """Add the differences of two rows, and their sizes, in 1 / UNITS grey level."""
-    for column in range(len(here)):
-        difference = np.int16(np.int16(here[column] >> np.uint16(DROPPED_BITS))
-                              - np.int16(there[column] >> np.uint16(DROPPED_BITS)))
-        signed[column] += difference
-        sizes[column] += np.int16(abs(difference))
-
-
-@called
-def _add_brightness(line, sums):
-    """Add a row of grey levels, in 1 / UNITS: sums of BLOCK rows fit 16 bits."""
+def _copy_coarse(line, coarse):
+    """Copy luminance, in 1 / UNITS grey level."""
     for column in range(len(line)):
-        sums[column] += np.int16(line[column] >> np.uint16(DROPPED_BITS))
-
-
-@called
-def _add_products(signed, bright, products, variances):
-    """Add differences times slopes and their squares, by column."""
-    for column in range(len(signed)):
-        product = (_slope(bright, column) * _cut(signed[column])) >> np.int32(PRODUCT_BITS)
-        products[column] += product
-        variances[column] += product * product
+        coarse[column] = line[column] >> np.uint16(DROPPED_BITS)
 
 
 @inlined
-def _cut(value):
-    """Return a value, at most as large as the steepest slope."""
-    return min(max(np.int32(value), np.int32(-LARGEST_SLOPE)), np.int32(LARGEST_SLOPE))
-
-
-@inlined
-def _slope(bright, column):
-    """Return the slope at a column of grey levels that begin a column before."""
-    return _cut(np.int32(bright[column + 2]) - np.int32(bright[column]))
-
-
-@called
-def _add_slopes(signed, bright, differences, slopes, squares):
-    """Add differences, slopes and the squares of slopes, by column."""
-    for column in range(len(signed)):
-        slope = _slope(bright, column)
-        differences[column] += _cut(signed[column])
-        slopes[column] += slope
-        squares[column] += slope * slope
-
-
-@called
-def _add_columns(line, sums):
-    """Add a line of sums of BLOCK rows."""
-    for column in range(len(line)):
-        sums[column] += np.int32(line[column])
-
-
-@called
-def _add_blocks(line, totals, largest):
+def _compare(now, stride, old, width, rows, compared, tile, sums):
     """
-    Add the sums of the BLOCK columns from each column on; only every BLOCK-th is read.
+    Sum up the LANES columns from a tile on, of which some are compared.
 
-    Few arrays at once: the compiler tests each pair for overlap before it uses vectors.
+    old: rows of the picture before from one column to the left on; sums: int64 (MEASURES + 2,
+    tiles), written
     """
-    for column in range(len(totals)):
-        block = np.int32(abs(np.int32(line[column]) + np.int32(line[column + 1])
-                             + np.int32(line[column + 2]) + np.int32(line[column + 3])))
-        totals[column] += block
-        largest[column] = max(largest[column], block)
+    above, below = rows
+    left, none = tile * TILE, subtract(compared, compared)
+    one, steepest = splat_like(none, 1), splat_like(none, LARGEST_SLOPE)
+    flattest = subtract(none, steepest)
+    total = blocks = peak = bump = motion = variance = pair_products(none, none)
+    difference = slopes = steepness = brightness = nothing = total
+    for strip in range(above // BLOCK * BLOCK, below, BLOCK):
+        change = size = grey = before = behind = none
+        for row in range(max(strip, above), min(strip + BLOCK, below)):
+            place = row % TILE * width + left
+            here = shift_right(load(now, (row + MARGIN) * stride + left + MARGIN), DROPPED_BITS)
+            there = load(old, place + 1)
+            change = add(change, subtract(here, there))
+            size = add(size, absolute_difference(here, there))
+            grey = add(grey, there)
+            before, behind = add(before, load(old, place)), add(behind, load(old, place + 2))
+        change, size = bit_and(change, compared), bit_and(size, compared)
+        of_pairs, sizes = pair_products(change, one), pair_products(size, one)
+        # both pairs of columns of a block hold its sum
+        block = add(of_pairs, neighbours(of_pairs, of_pairs))
+        block = signed_maximum(block, subtract(nothing, block))
+        blocks, peak = add(blocks, block), maximum(peak, block)
+        total, bump = add(total, sizes), maximum(bump, add(sizes, neighbours(sizes, sizes)))
+        change = signed_maximum(signed_minimum(change, steepest), flattest)
+        slope = bit_and(signed_maximum(signed_minimum(
+            subtract(behind, before), steepest), flattest), compared)
+        product = signed_high_product(shift_left(slope, 8 - PRODUCT_BITS // 2),
+                                      shift_left(change, 8 - PRODUCT_BITS // 2))
+        motion = add(motion, pair_products(product, one))
+        variance = add(variance, pair_products(product, product))
+        difference = add(difference, pair_products(change, one))
+        slopes = add(slopes, pair_products(slope, one))
+        steepness = add(steepness, pair_products(slope, slope))
+        brightness = add(brightness, pair_products(bit_and(grey, compared), one))
+    sums[SIZE, tile], sums[SIZE, tile + 1] = sums_of_halves(total)
+    sums[BLOCKS, tile], sums[BLOCKS, tile + 1] = sums_of_halves(blocks)
+    sums[PEAK, tile], sums[PEAK, tile + 1] = largest_of_halves(peak)
+    sums[BUMP, tile], sums[BUMP, tile + 1] = largest_of_halves(bump)
+    sums[MOTION, tile], sums[MOTION, tile + 1] = sums_of_halves(motion)
+    sums[VARIANCE, tile], sums[VARIANCE, tile + 1] = sums_of_halves(variance)
+    sums[STEEPNESS, tile], sums[STEEPNESS, tile + 1] = sums_of_halves(steepness)
+    sums[BRIGHTNESS, tile], sums[BRIGHTNESS, tile + 1] = sums_of_halves(brightness)
+    sums[_DIFFERENCE, tile], sums[_DIFFERENCE, tile + 1] = sums_of_halves(difference)
+    sums[_SLOPE, tile], sums[_SLOPE, tile + 1] = sums_of_halves(slopes)
 
 
 @called
-def _sum_up(of_columns, height, begin, end, found):
+def _write_measures(sums, height, begin, end, found):
     """Write `differences` of a row of tiles, `height` rows of which the picture before shows."""
     unit = np.float32(1 / UNITS)
     for tile in range(found.shape[1]):
-        left = tile * TILE
-        total = of_blocks = peak = bump = 0
-        motion = variance = total_difference = total_slope = steepness = brightness = 0
-        for column in range(left, left + TILE):
-            motion += of_columns[4, column]
-            variance += of_columns[5, column]
-            total_difference += of_columns[6, column]
-            total_slope += of_columns[7, column]
-            steepness += of_columns[8, column]
-            brightness += of_columns[9, column]
-        for column in range(left, left + TILE, BLOCK):
-            total += of_columns[0, column]
-            of_blocks += of_columns[1, column]
-            peak = max(peak, of_columns[2, column])
-            bump = max(bump, of_columns[3, column])
+        left, slope, steepness = tile * TILE, sums[_SLOPE, tile], sums[STEEPNESS, tile]
         number = height * max(min(left + TILE, end) - max(left, begin), 0)
-        found[0, tile] = total * unit / np.float32(number) if number > 0 else np.inf
-        found[1, tile] = of_blocks * unit * np.float32(BLOCK) / np.float32(max(number, 1))
-        found[2, tile] = peak * unit / np.float32(BLOCK * BLOCK)
-        found[3, tile] = bump * unit / np.float32(BLOCK * BLOCK)
-        mean_slope = np.float32(total_slope) / np.float32(max(number // BLOCK, 1))
-        varies = np.float32(1) - mean_slope * np.float32(total_slope) / np.float32(
-            max(steepness, 1))
+        found[SIZE, tile] = (
+            sums[SIZE, tile] * unit / np.float32(number) if number > 0 else np.inf)
+        found[BLOCKS, tile] = (sums[BLOCKS, tile] // 2 * unit * np.float32(BLOCK)
+                               / np.float32(max(number, 1)))
+        found[PEAK, tile] = sums[PEAK, tile] * unit / np.float32(BLOCK * BLOCK)
+        found[BUMP, tile] = sums[BUMP, tile] * unit / np.float32(BLOCK * BLOCK)
+        mean_slope = np.float32(slope) / np.float32(max(number // BLOCK, 1))
+        varies = np.float32(1) - mean_slope * np.float32(slope) / np.float32(max(steepness, 1))
         varies = varies if varies > np.float32(LEAST_VARIED) else np.float32(0)
-        found[4, tile] = (np.float32(motion) - mean_slope * np.float32(total_difference)
-                          / np.float32(1 << PRODUCT_BITS)) if varies > 0 else np.float32(0)
-        found[5, tile] = np.float32(variance) * varies
-        found[6, tile] = np.float32(steepness)
-        found[7, tile] = brightness * unit / np.float32(max(number, 1))
+        found[MOTION, tile] = (
+            np.float32(sums[MOTION, tile]) - mean_slope * np.float32(sums[_DIFFERENCE, tile])
+            / np.float32(1 << PRODUCT_BITS)) if varies > 0 else np.float32(0)
+        found[VARIANCE, tile] = np.float32(sums[VARIANCE, tile]) * varies
+        found[STEEPNESS, tile] = np.float32(steepness)
+        found[BRIGHTNESS, tile] = sums[BRIGHTNESS, tile] * unit / np.float32(max(number, 1))
 
 
 @kernel(allocates=True)

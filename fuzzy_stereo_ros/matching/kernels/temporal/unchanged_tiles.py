@@ -5,6 +5,8 @@ from typing import NamedTuple
 
 from fuzzy_stereo_ros.matching.kernels.addresses import of_rank
 from fuzzy_stereo_ros.matching.kernels.compiled import called, kernel
+from fuzzy_stereo_ros.matching.kernels.temporal.change_detection import (
+    BLOCKS, BRIGHTNESS, BUMP, MOTION, SIZE, VARIANCE)
 import numpy as np
 
 QUIET_TILES = 0.2    # share of the tiles that are expected to differ by noise alone
@@ -30,15 +32,16 @@ def tile_noises(differences, rough, noises):
     """
     Measure the noise of each tile; return that of the picture: grey levels, standard deviation.
 
-    differences: float32 (N, 8, tile rows, tile columns), by shift, see compare_tiles; rough:
-    float32 (tile rows, tile columns), see roughness; noises: float32, the same, written: at least
-    the noise of the picture, more in bright tiles. The variance of noise is a line over grey
+    differences: float32 (N, MEASURES, tile rows, tile columns), by shift, see compare_tiles;
+    rough: float32 (tile rows, tile columns), see roughness; noises: float32, the same, written: at
+    least the noise of the picture, more in bright tiles. The variance of noise is a line over grey
     levels, fitted to the darker and the brighter tiles; it is steepest for photon noise, whose
     line goes through the origin.
     """
-    smallest, brightness = differences[0, 0].ravel().copy(), differences[0, 7].ravel()
+    smallest = differences[0, SIZE].ravel().copy()
+    brightness = differences[0, BRIGHTNESS].ravel()
     for shift in range(1, len(differences)):
-        further = differences[shift, 0].ravel()
+        further = differences[shift, SIZE].ravel()
         for tile in range(smallest.size):
             smallest[tile] = min(smallest[tile], further[tile])
     rough, flat, mean = rough.ravel(), noises.ravel(), 0.0
@@ -90,9 +93,9 @@ def choose_tiles(differences, ages, noises, rules, choices, new_ages, sizes):
 
     Where nearly all are, tiles may differ more whose average of fewer frames is noisier itself.
 
-    differences: float32 (N, 8, tile rows, tile columns), by shift, see compare_tiles; ages:
-    float32 (N, tile rows, tile columns), moved alike, frames; noises: see tile_noises; rules: the
-    fields of Rules;
+    differences: float32 (N, MEASURES, tile rows, tile columns), by shift, see compare_tiles;
+    ages: float32 (N, tile rows, tile columns), moved alike, frames; noises: see tile_noises;
+    rules: the fields of Rules;
     choices: int8, index of the shift with the least difference, -1 where the tile has changed;
     new_ages: float32, number of frames in the average, with this one; sizes: float32, the
     difference.
@@ -119,9 +122,9 @@ def _choose(differences, ages, noises, louder, rules, choices, new_ages, sizes):
         for column in range(choices.shape[1]):
             best = 0
             for shift in range(1, len(differences)):
-                if differences[shift, 0, row, column] < differences[best, 0, row, column]:
+                if differences[shift, SIZE, row, column] < differences[best, SIZE, row, column]:
                     best = shift
-            size, blocks, peak, loudest = differences[best, :4, row, column]
+            size, blocks, peak, loudest = differences[best, SIZE:BUMP + 1, row, column]
             age, slack = ages[best, row, column], rules.slack
             noise = noises[row, column] * louder[best, row, column]
             same = (age > 0 and size <= rules.loud * noise + slack
@@ -153,13 +156,13 @@ def add_drifts(differences, rules, choices, drifts_then, drifts):
             if choice < 0:
                 drifts[:, row, column] = 0
                 continue
-            size, of_blocks = differences[choice, :2, row, column]
+            size, of_blocks = differences[choice, SIZE:BLOCKS + 1, row, column]
             # noise that is correlated in neighbours cancels less
             coloured = max(of_blocks / max(size, np.float32(1e-6)), np.float32(1))**2
             drifts[0, row, column] = (keep * drifts_then[choice, 0, row, column]
-                                      + differences[choice, 4, row, column])
+                                      + differences[choice, MOTION, row, column])
             drifts[1, row, column] = (keep * keep * drifts_then[choice, 1, row, column]
-                                      + coloured * differences[choice, 5, row, column])
+                                      + coloured * differences[choice, VARIANCE, row, column])
 
 
 @kernel
