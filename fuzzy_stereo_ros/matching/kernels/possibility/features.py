@@ -6,11 +6,12 @@ Features of an image: 16-bit luminance, 8-bit grey, census, gradient, penalties 
 Images of the target are mirrored: its column c, from -extra on, lies at index `columns - 1 - c`,
 so that the candidates of a pixel, disparities upwards, are one contiguous load.
 """
-from fuzzy_stereo_ros.matching.kernels.compiled import called, kernel
+from fuzzy_stereo_ros.matching.kernels.compiled import called, inlined, kernel
 from fuzzy_stereo_ros.matching.kernels.rows import pad_row
 from fuzzy_stereo_ros.matching.kernels.simd import (
-    add, bit_and, bit_or, LANES, lanes_in_llvm, less, load, minimum, narrow, read,
-    reversed_lanes, saturating_subtract, shift_left, shift_right, shuffled, splat, store, VECTOR)
+    add, bit_or, LANES, lanes_in_llvm, less, load, minimum, narrow, read,
+    reversed_lanes, saturating_subtract, shift_left, shift_right, shuffled, splat, store,
+    subtract, VECTOR)
 from numba import types
 from numba.extending import intrinsic
 import numpy as np
@@ -161,7 +162,7 @@ def denoise(luminance, tolerance, columns, denoised, first, last):
         pad_row(denoised, row, columns, MARGIN)
 
 
-@kernel
+@kernel(allocates=True)
 def census(luminance, denoised, least_step, mirrored, columns, codes, first, last):
     """
     Compare each of the 24 neighbours in 5 x 5 with the centre: a bit each, set where darker.
@@ -173,22 +174,20 @@ def census(luminance, denoised, least_step, mirrored, columns, codes, first, las
     """
     near, far, target = luminance.reshape(-1), denoised.reshape(-1), codes.reshape(-1)
     luminance_stride, stride = luminance.shape[1], codes.shape[2]
+    places = CENSUS_PLACES // 5 * luminance_stride + (
+        4 - CENSUS_PLACES % 5 if mirrored else CENSUS_PLACES % 5)
     for row in range(first, last):
         for column in range(0, columns, LANES):
-            centre_index = (row + MARGIN) * luminance_stride + column + MARGIN
+            corner = row * luminance_stride + column
             for plane in range(3):
                 source = near if plane == 0 else far
-                centre = saturating_subtract(load(source, centre_index),
-                                             splat(np.uint16(least_step)))
+                centre = saturating_subtract(
+                    load(source, corner + MARGIN * luminance_stride + MARGIN),
+                    splat(np.uint16(least_step)))
                 code = splat(np.uint8(0))
-                for bit in range(8):
-                    place = CENSUS_PLACES[8 * plane + bit]
-                    down, right = place // 5 - 2, place % 5 - 2
-                    if mirrored:
-                        right = -right
-                    other = load(source, centre_index + down * luminance_stride + right)
-                    code = bit_or(code, bit_and(
-                        narrow(less(other, centre)), splat(np.uint8(1 << bit))))
+                for place in places[8 * plane:8 * plane + 8][::-1]:
+                    darker = narrow(less(load(source, corner + place), centre))
+                    code = subtract(add(code, code), darker)
                 store(target, (row * 3 + plane) * stride + column, code)
         for plane in range(3):
             for column in range(columns, stride):
@@ -228,10 +227,14 @@ def jump_penalties(grey, jump, jump_at_edge, slope, across, down, first, last):
         left, up = across[row], down[row]
         left[0] = jump
         for column in range(1, left.size):
-            step = np.uint16(abs(np.int16(here[column]) - np.int16(here[column - 1])))
-            fallen = np.int16(np.uint16(min(step, np.uint16(63)) * fall) >> np.uint16(8))
-            left[column] = max(np.int16(high - fallen), low)
+            left[column] = _penalty(here[column], here[column - 1], high, low, fall)
         for column in range(up.size):
-            step = np.uint16(abs(np.int16(here[column]) - np.int16(above[column])))
-            fallen = np.int16(np.uint16(min(step, np.uint16(63)) * fall) >> np.uint16(8))
-            up[column] = max(np.int16(high - fallen), low)
+            up[column] = _penalty(here[column], above[column], high, low, fall)
+
+
+@inlined
+def _penalty(one, other, high, low, fall):
+    """Return the penalty between two grey levels; all in 16 bits, so that vectors are of those."""
+    step = np.uint16(max(one, other) - min(one, other))
+    fallen = np.uint16(np.uint16(min(step, np.uint16(63)) * fall) >> np.uint16(8))
+    return max(np.int16(high - np.int16(fallen)), low)

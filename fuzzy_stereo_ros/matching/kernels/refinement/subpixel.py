@@ -9,7 +9,8 @@ from typing import NamedTuple
 
 from fuzzy_stereo_ros.matching.kernels.compiled import kernel
 from fuzzy_stereo_ros.matching.kernels.simd import (
-    add, at_most, bit_and, LANES, load, splat_like, store, subtract)
+    add, add_floats, at_most, bit_and, LANES, least_float, load, multiply_floats, splat,
+    splat_like, store, subtract)
 from fuzzy_stereo_ros.matching.kernels.units import CONSISTENT, INVALID, STEPS, VOTED
 import numpy as np
 
@@ -128,14 +129,13 @@ class OutputRules(NamedTuple):
     end: int
 
 
-@kernel
+@kernel(allocates=True)
 def write_out(fitted, validity, certain, limits, rules, disparity, confidence, first, last):
     """
     Write disparities in pixels and their confidence.
 
     A disparity that few neighbours found has less confidence: the surface ends there.
 
-    fitted: `fine` and `agreeing` of smooth_offsets; validity: uint8 (R, C); certain: int32 (R, C),
     fitted: `fine` and `agreeing` of smooth_offsets; validity: uint8 (R, C); certain: int32 (R, C),
     certainties summed over the pixels around; limits: uint8 (R, C), of the confidence, in 1 / 255;
     rules: the fields of OutputRules, float32; the confidence is the least of the lines and the
@@ -145,21 +145,29 @@ def write_out(fitted, validity, certain, limits, rules, disparity, confidence, f
     """
     (fine, agreeing), (lowest, highest, lines, threshold, fill, begin, end) = fitted, rules
     first_column, width = np.int32(STEPS * begin - STEPS // 2), np.int32(STEPS * (end + 1 - begin))
+    shares = np.empty(certain.shape[1] + LANES, np.float32)
     for row in range(first, last):
         of_area, agree, share = certain[row], agreeing[row], confidence[row]
         limit = limits[row]
         for column in range(share.size):
-            score = np.float32(of_area[column]) * np.float32(agree[column])
-            sure = np.float32(limit[column]) * np.float32(1 / 255)
+            shares[column] = np.float32(of_area[column]) * np.float32(agree[column])
+        for column in range(0, share.size, LANES):
+            score, least = load(shares, column), splat(np.float32(1))
             for line in range(LINES):
-                sure = min(sure, lines[line, 0] + lines[line, 1] * score)
+                least = least_float(least, add_floats(
+                    splat(lines[line, 0]), multiply_floats(splat(lines[line, 1]), score)))
+            store(shares, column, least)
+        for column in range(share.size):
+            sure = min(np.float32(limit[column]) * np.float32(1 / 255), shares[column])
             pointed = np.int32(STEPS * np.int32(column) - first_column
                                - np.int32(fine[row, column]))
             enough = ((validity[row, column] == CONSISTENT) & (of_area[column] > 0)
                       & (limit[column] > 0) & (pointed >= 0) & (pointed < width))
-            sure = sure if enough else np.float32(0)
-            share[column] = sure
+            shares[column] = sure if enough else np.float32(-1)
+        for column in range(share.size):    # one loop would have more arrays than LLVM compares
+            sure = shares[column]
+            share[column] = max(sure, np.float32(0))
             value = np.float32(fine[row, column]) * np.float32(1 / STEPS) + lowest
             value = min(max(value, lowest), highest)
-            known = fill | (enough & (sure >= threshold))
+            known = fill | (sure >= threshold)
             disparity[row, column] = value if known else np.float32(np.nan)
