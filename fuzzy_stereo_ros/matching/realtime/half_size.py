@@ -6,16 +6,15 @@ The chromosome at half size, which limits the disparity ranges of the full searc
 Not in the paper. It is searched for each pair without the previous frame, so that it shows where
 the previous best is outdated; where texture is weak it is a prior of the full search.
 """
-from functools import partial
 from math import hypot
 from typing import NamedTuple
 
-import cv2
 from fuzzy_stereo_ros.matching.arrays import zeros
-from fuzzy_stereo_ros.matching.bands import all_before, beside, filter_band, widened
+from fuzzy_stereo_ros.matching.bands import all_before, beside, widened
 from fuzzy_stereo_ros.matching.kernels.possibility.costs import Prior, weight_of
 from fuzzy_stereo_ros.matching.kernels.refinement import filling
 from fuzzy_stereo_ros.matching.kernels.refinement.consistency import check_consistency
+from fuzzy_stereo_ros.matching.kernels.refinement.square_median import square_median
 from fuzzy_stereo_ros.matching.kernels.scanlines import disparity_ranges
 from fuzzy_stereo_ros.matching.kernels.scanlines.volume import SearchResult
 from fuzzy_stereo_ros.matching.realtime.refinement import Speckles
@@ -23,7 +22,6 @@ from fuzzy_stereo_ros.matching.realtime.scanlines import gene_type, Scanlines
 import numpy as np
 
 TILE = 64               # side of the tiles that are searched at a time
-MEDIAN = 5              # side of the square of the median of the filled labels
 SPECKLE = 20            # half-size pixels; smaller components of the half map are rejected
 WEAK = weight_of(1, 2)  # of the prior where texture is weak: the largest cost is reached at 3 px
 WEAK_TEXTURE = 72       # sum of 18 grey steps below which texture is weak: 4 on average
@@ -106,10 +104,9 @@ class HalfSize:
             disparity_ranges.texture_steps(grey, self._steps, band[1], band[2])
 
         def write_limits(band):
-            index, first, last = band
+            _, first, last = band
             self._certainty[2 * first:2 * last] = SURE
-            filter_band(partial(cv2.medianBlur, ksize=MEDIAN), MEDIAN // 2, self._filled,
-                        self._labels, (index, *widened(band, 1, rows)))
+            square_median(self._filled, self._labels, *widened(band, 1, rows))
             disparity_ranges.weak_texture(self._steps, limit, self.weak, first, last)
             disparity_ranges.flat(self._labels, FLAT, self._smooth, first, last)
             disparity_ranges.half_prior(

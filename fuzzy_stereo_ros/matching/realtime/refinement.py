@@ -15,12 +15,12 @@ from fuzzy_stereo_ros.matching.bands import (
 from fuzzy_stereo_ros.matching.kernels.refinement import filling, subpixel
 from fuzzy_stereo_ros.matching.kernels.refinement.consistency import (
     check_consistency, find_components, join_components, reject_changed, reject_small)
+from fuzzy_stereo_ros.matching.kernels.refinement.square_median import REACH, square_median
 from fuzzy_stereo_ros.matching.kernels.simd import LANES
 import numpy as np
 
 CLASS_ALIKE = 20     # grey levels within which neighbours belong to a pixel's class
 AROUND = 9           # side of the square whose mean certainty a pixel's confidence is made of
-MEDIAN = 5           # side of the square of the last median of labels
 # Share of right pixels, in steps of 0.1 of mean certainty times the share of agreeing neighbours.
 # Calibrated on every other Middlebury scene and synthetic ones, colour and grey, with noise of 0,
 # 1.5 and 3 grey levels, cold and warm, sharp and blurred; `python -m bench accuracy` prints how
@@ -144,7 +144,7 @@ class Refinement:
 
         def smooth_band(band):
             rows, median = len(labels), self._median
-            first, last = widened(band, MEDIAN // 2 + filling.MEDIAN_RADIUS, rows)
+            first, last = widened(band, REACH + filling.MEDIAN_RADIUS, rows)
             reject_changed(labels, chromosome, self.validity, self.final_validity, first, last)
             found = chromosome
             if self._by_membership:
@@ -152,10 +152,9 @@ class Refinement:
                 filling.pad_map(grey, columns, self._padded_grey, first, last)
                 filling.membership_median(
                     (self._padded, self._padded_grey), CLASS_ALIKE, bits, columns, median,
-                    self._members[band[0]], *widened(band, MEDIAN // 2, rows))
-                found = median[:, :columns]
-            filter_band(partial(cv2.medianBlur, ksize=MEDIAN), MEDIAN // 2, found, self._labels,
-                        band)
+                    self._members[band[0]], *widened(band, REACH, rows))
+                found = median
+            square_median(found, self._labels, *band[1:])
         pool.each(smooth_band, pool.parts(len(labels)), nothing_before)
         return self._labels
 

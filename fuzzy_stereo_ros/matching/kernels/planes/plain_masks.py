@@ -45,11 +45,11 @@ def plain_mask(luminance, columns, burnt, limit, plain, first, last):
             a, b, c, d, e = (luminance[row], luminance[row + 1], luminance[row + 2],
                              luminance[row + 3], luminance[row + 4])
             for column in range(wide):
-                outer, inner = np.int32(a[column]), np.int32(b[column])
-                inner_below, outer_below = np.int32(d[column]), np.int32(e[column])
-                smooth[column] = (outer + outer_below + 4 * (inner + inner_below)
-                                  + 6 * np.int32(c[column]))
-                slope[column] = outer_below - outer + 2 * (inner_below - inner)
+                smooth[column] = (np.int32(a[column]) + e[column] + 6 * np.int32(c[column])
+                                  + 4 * (np.int32(b[column]) + d[column]))
+            for column in range(wide):      # apart: LLVM compares few arrays in a loop
+                slope[column] = (np.int32(e[column]) - a[column]
+                                 + 2 * (np.int32(d[column]) - b[column]))
             for column in range(columns):
                 across = (smooth[column + 4] - smooth[column]
                           + 2 * (smooth[column + 3] - smooth[column + 1]))

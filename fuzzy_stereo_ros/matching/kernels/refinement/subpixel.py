@@ -79,7 +79,8 @@ def smooth_offsets(final, fitted, total, count, fine, agreeing, first, last):
 CLEAR_MARGIN = 24    # summed cost by which the best label elsewhere is worse: half sure
 CERTAIN = 255 * 256   # of a label that is certain
 CHANCE = 14          # margin of the half-size search that noise often reaches
-LINES = 10           # confidence is the minimum of so many lines
+LINES = 10           # confidence is the minimum of so many lines, the first through the origin
+NEVER = -1e9         # where that line is below 0
 
 
 @kernel(allocates=True)
@@ -149,8 +150,13 @@ def write_out(fitted, validity, certain, limits, rules, disparity, confidence, f
     for row in range(first, last):
         of_area, agree, share = certain[row], agreeing[row], confidence[row]
         limit = limits[row]
-        for column in range(share.size):
-            shares[column] = np.float32(of_area[column]) * np.float32(agree[column])
+        for column in range(share.size):    # one loop would have more arrays than LLVM compares
+            pointed = np.int32(STEPS * np.int32(column) - first_column
+                               - np.int32(fine[row, column]))
+            enough = ((validity[row, column] == CONSISTENT) & (of_area[column] > 0)
+                      & (limit[column] > 0) & (pointed >= 0) & (pointed < width))
+            score = np.float32(of_area[column]) * np.float32(agree[column])
+            shares[column] = score if enough else np.float32(NEVER)
         for column in range(0, share.size, LANES):
             score, least = load(shares, column), splat(np.float32(1))
             for line in range(LINES):
@@ -159,13 +165,6 @@ def write_out(fitted, validity, certain, limits, rules, disparity, confidence, f
             store(shares, column, least)
         for column in range(share.size):
             sure = min(np.float32(limit[column]) * np.float32(1 / 255), shares[column])
-            pointed = np.int32(STEPS * np.int32(column) - first_column
-                               - np.int32(fine[row, column]))
-            enough = ((validity[row, column] == CONSISTENT) & (of_area[column] > 0)
-                      & (limit[column] > 0) & (pointed >= 0) & (pointed < width))
-            shares[column] = sure if enough else np.float32(-1)
-        for column in range(share.size):    # one loop would have more arrays than LLVM compares
-            sure = shares[column]
             share[column] = max(sure, np.float32(0))
             value = np.float32(fine[row, column]) * np.float32(1 / STEPS) + lowest
             value = min(max(value, lowest), highest)

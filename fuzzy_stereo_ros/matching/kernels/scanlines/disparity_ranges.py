@@ -85,6 +85,7 @@ def half_prior(half, found, weak, smooth, clear, of_weak, prior, first, last):
             label, offset = half[row, column], offsets[row, column]
             further = np.int32(offset > STEPS // 4) - np.int32(offset < -STEPS // 4)
             doubled[column] = 2 * np.int32(label) + further * (label == first_labels[row, column])
+        for column in range(columns):   # apart: LLVM compares few arrays in a loop
             weight[column] = of_weak * (weak[row, column] & smooth[row, column]
                                         & (validity[row, column] != INVALID)
                                         & (margins[row, column] >= clear))
