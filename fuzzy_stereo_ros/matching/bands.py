@@ -341,17 +341,6 @@ def widened(band, reach, rows):
     return max(band[1] - reach, 0), min(band[2] + reach, rows)
 
 
-def filter_band(work, reach, image, result, band):
-    """
-    Write a band of rows of a filtered image.
-
-    work: the filter, called with rows of the image, returns as many; reach: how many rows above
-    and below a row its result depends on
-    """
-    first, last = widened(band, reach, len(image))
-    result[band[1]:band[2]] = work(image[first:last])[band[1] - first:band[2] - first]
-
-
 def _end(queues):
     for queue in queues:
         queue.put(None)

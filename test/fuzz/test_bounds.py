@@ -64,6 +64,18 @@ def test_an_index_beyond_an_array_is_found(checked):
     assert 'IndexError: index is out of bounds' in done.stderr
 
 
+@pytest.mark.parametrize('index, error', [('-1', ''), ('at', 'IndexError')])
+def test_only_a_constant_index_of_a_kernel_counts_from_the_end(checked, index, error):
+    done = run('-c', f"""
+import numpy
+from fuzzy_stereo_ros.matching.kernels.compiled import kernel
+def read(array, at):
+    return array[{index}]
+read.__module__ = 'fuzzy_stereo_ros.{index}'
+assert kernel(read)(numpy.arange(3), -1) == 2""", **checked)
+    assert done.returncode == bool(error) and error in done.stderr
+
+
 @PROFILES
 def test_no_index_of_a_match_lies_outside_its_array(checked, profile):
     done = run(PROGRAM, 'behind', profile, *KINDS, **checked)

@@ -173,11 +173,9 @@ def _instruction(name):
 
 def _of_floats(generate):
     """Return an intrinsic of two vectors whose lanes hold float32 numbers."""
-    def of_bits(builder, a, b):
-        kind = ir.VectorType(ir.FloatType(), a.type.count)
-        return builder.bitcast(generate(builder, *(
-            builder.bitcast(lanes, kind) for lanes in (a, b))), a.type)
-    return _pairwise(of_bits)
+    return _pairwise(lambda builder, *both: builder.bitcast(generate(builder, *(
+        builder.bitcast(lanes, ir.VectorType(ir.FloatType(), lanes.type.count))
+        for lanes in both)), both[0].type))
 
 
 def _in_order(order_of):
@@ -206,9 +204,7 @@ saturating_add, saturating_subtract = _library('uadd.sat'), _library('usub.sat')
 absolute_difference = _pairwise(lambda builder, a, b: builder.or_(
     vector_call(builder, 'usub.sat', a, b), vector_call(builder, 'usub.sat', b, a)))
 add, subtract, multiply = (_instruction(name) for name in ('add', 'sub', 'mul'))
-add_floats, multiply_floats = (
-    _of_floats(lambda builder, a, b, name=name: getattr(builder, name)(a, b))
-    for name in ('fadd', 'fmul'))
+add_floats, multiply_floats = _of_floats(ir.IRBuilder.fadd), _of_floats(ir.IRBuilder.fmul)
 least_float = _of_floats(lambda builder, a, b: builder.select(
     builder.fcmp_ordered('<', a, b), a, b))
 bit_and, bit_or, bit_xor = (_instruction(name) for name in ('and_', 'or_', 'xor'))

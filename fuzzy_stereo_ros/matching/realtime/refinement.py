@@ -6,12 +6,10 @@ From the best chromosome to disparities: rejected pixels, medians, sub-pixel, co
 Not in the paper, whose maps are whole-pixel and dense. Speckles, small components of a map, are
 seldom right: they are found as by cv2.filterSpeckles, but by bands that threads share.
 """
-from functools import partial
-
 import cv2
 from fuzzy_stereo_ros.matching.arrays import zeros
 from fuzzy_stereo_ros.matching.bands import (
-    beside, cut_bands, filter_band, MOST_PARTS, nothing_before, widened)
+    beside, cut_bands, MOST_PARTS, nothing_before, widened)
 from fuzzy_stereo_ros.matching.kernels.refinement import filling, subpixel
 from fuzzy_stereo_ros.matching.kernels.refinement.consistency import (
     check_consistency, find_components, join_components, reject_changed, reject_small)
@@ -174,7 +172,6 @@ class Refinement:
             np.float32(config.min_disparity),
             np.float32(config.min_disparity + config.disparities - 1), self._lines,
             np.float32(config.confidence_threshold), config.fill, *self._target_range))
-        blur = partial(cv2.boxFilter, ddepth=cv2.CV_32S, ksize=(AROUND, AROUND), normalize=False)
 
         def write_band(band):
             rows = widened(band, AROUND // 2, len(labels))
@@ -182,7 +179,9 @@ class Refinement:
             subpixel.fit(chosen.labels, chosen.offsets, self.final_validity, self._fitted, *rows)
             subpixel.certainty(chosen.sums, chosen.margins, margins_of_half,
                                self.final_validity, self._certain, *rows)
-            filter_band(blur, AROUND // 2, self._certain, self._around, band)
+            self._around[band[1]:band[2]] = cv2.boxFilter(
+                self._certain[slice(*rows)], cv2.CV_32S, (AROUND, AROUND),
+                normalize=False)[band[1] - rows[0]:band[2] - rows[0]]
             subpixel.smooth_offsets(labels, self._fitted, *self._rows[band[0]], self._fine,
                                     self._agreeing, *band[1:])
             subpixel.write_out(

@@ -1,6 +1,8 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """The median of 5 x 5 labels, LANES at once, by exchanges of vectors in a fixed order."""
+from itertools import combinations
+
 from fuzzy_stereo_ros.matching.kernels.compiled import kernel
 from fuzzy_stereo_ros.matching.kernels.rows import copy_row
 from fuzzy_stereo_ros.matching.kernels.simd import (
@@ -10,8 +12,7 @@ from numba.extending import intrinsic
 import numpy as np
 
 SIDE = 5
-REACH = SIDE // 2
-SORTING = (0, 1), (3, 4), (2, 4), (2, 3), (1, 4), (0, 3), (0, 2), (1, 3), (1, 2)
+REACH, MIDDLE = SIDE // 2, SIDE**2 // 2 + 1
 
 
 def _exchange(builder, lanes, low, high):
@@ -20,30 +21,13 @@ def _exchange(builder, lanes, low, high):
         vector_call(builder, name, lanes[low], lanes[high]) for name in ('umin', 'umax'))
 
 
-def _sorted(builder, lanes):
-    """Return five vectors sorted lane by lane."""
-    for pair in SORTING:
-        _exchange(builder, lanes, *pair)
+def _sorted(context, builder, kind, memory, places):
+    """Return the vectors at some places of an array, sorted lane by lane."""
+    lanes = [read(context, builder, kind, (memory, place), lanes_in_llvm(kind.dtype.bitwidth))
+             for place in places]
+    for low, high in combinations(range(SIDE), 2):
+        _exchange(builder, lanes, low, high)
     return lanes
-
-
-def _median(builder, lanes):
-    """Return the median of an odd number of vectors: extremes of just over half cannot be it."""
-    begun = (len(lanes) + 3) // 2
-    kept, rest = lanes[:begun], lanes[begun:]
-    while len(kept) > 1:
-        for place in range(1, len(kept)):
-            _exchange(builder, kept, 0, place)
-        for place in range(1, len(kept) - 1):
-            _exchange(builder, kept, place, -1)
-        kept, rest = kept[1:-1] + rest[:1], rest[1:]
-    return kept[0]
-
-
-def _vectors(context, builder, kind, memory, places):
-    """Read a vector of a memory, an array of a kind, at each place."""
-    return [read(context, builder, kind, (memory, place), lanes_in_llvm(kind.dtype.bitwidth))
-            for place in places]
 
 
 def _places(builder, first, step):
@@ -57,8 +41,7 @@ def sort_column(typing, lines, ranked, column, width):
     def generate(context, builder, signature, arguments):
         source, target, *place = arguments
         places = _places(builder, *place)
-        for place, lanes in zip(places, _sorted(
-                builder, _vectors(context, builder, lines, source, places))):
+        for place, lanes in zip(places, _sorted(context, builder, lines, source, places)):
             write(context, builder, ranked, (target, place), lanes)
         return context.get_dummy_value()
     return types.void(lines, ranked, column, width), generate
@@ -67,17 +50,21 @@ def sort_column(typing, lines, ranked, column, width):
 @intrinsic
 def median_of_columns(typing, ranked, column, width):
     """Return the medians of SIDE sorted columns from each column on."""
-    most = SIDE**2 // 2 + 1
-
     def generate(context, builder, signature, arguments):
         memory, *place = arguments
-        one = place[1].type(1)
-        ranks = [_sorted(builder, _vectors(context, builder, ranked, memory, _places(
-            builder, first, one))) for first in _places(builder, *place)]
         # sorted both ways: those with too many below or above them cannot be the median of all
-        return _median(builder, [
-            ranks[rank][place] for rank in range(SIDE) for place in range(SIDE)
-            if max((rank + 1) * (place + 1), (SIDE - rank) * (SIDE - place)) <= most])
+        rest = [lanes for rank, first in enumerate(_places(builder, *place)) for near, lanes in
+                enumerate(_sorted(context, builder, ranked, memory, _places(
+                    builder, first, first.type(1))))
+                if max((rank + 1) * (near + 1), (SIDE - rank) * (SIDE - near)) <= MIDDLE]
+        kept, rest = rest[:len(rest) // 2 + 2], rest[len(rest) // 2 + 2:]
+        while len(kept) > 1:        # of just over half of the rest neither can the extremes
+            for place in range(1, len(kept)):
+                _exchange(builder, kept, 0, place)
+            for place in range(1, len(kept) - 1):
+                _exchange(builder, kept, place, -1)
+            kept, rest = kept[1:-1] + rest[:1], rest[1:]
+        return kept[0]
     return VECTOR[ranked.dtype.bitwidth](ranked, column, width), generate
 
 
@@ -90,8 +77,8 @@ def square_median(labels, medians, first, last):
     """
     rows, columns = medians.shape
     width = columns + SIDE + LANES
-    lines, ranked = np.zeros(SIDE * width, labels.dtype), np.zeros(SIDE * width, labels.dtype)
-    found = np.empty(width, labels.dtype)
+    lines, ranked, found = (np.zeros(SIDE * width, labels.dtype),
+                            np.zeros(SIDE * width, labels.dtype), np.zeros(width, labels.dtype))
     for row in range(first - REACH, last + REACH):
         source, line = labels[min(max(row, 0), rows - 1)], lines[row % SIDE * width:]
         line[:REACH], line[columns + REACH:columns + 2 * REACH] = source[0], source[columns - 1]
