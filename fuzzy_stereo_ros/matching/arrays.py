@@ -42,6 +42,11 @@ def _after(start, size):
     return start + -(-size // LINE) * LINE + LINE
 
 
+def _aligned(memory):
+    """Return the bytes of an array from its first cache line on."""
+    return memory[-memory.ctypes.data % LINE:]
+
+
 def _size_of(shape, dtype):
     """Return the bytes of an array."""
     return dtype.itemsize * math.prod(np.atleast_1d(shape).tolist())
@@ -54,6 +59,7 @@ def zeros(shape, dtype=float):
     """Return an array of zeros, aligned to a cache line, in large pages where available."""
     dtype = np.dtype(dtype)
     size = _size_of(shape, dtype)
-    if not SMALL <= size < OWN:
+    if size < SMALL:
         return np.zeros(shape, dtype)
-    return _block.cut(size).view(dtype).reshape(shape)
+    memory = _block.cut(size) if size < OWN else _aligned(np.zeros(size + LINE, np.uint8))[:size]
+    return memory.view(dtype).reshape(shape)

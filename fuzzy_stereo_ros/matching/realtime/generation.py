@@ -14,7 +14,7 @@ from fuzzy_stereo_ros.matching.bands import MOST_PARTS
 from fuzzy_stereo_ros.matching.kernels.addresses import address_of
 from fuzzy_stereo_ros.matching.kernels.possibility.costs import Prior
 from fuzzy_stereo_ros.matching.kernels.scanlines import selection
-from fuzzy_stereo_ros.matching.kernels.scanlines.selection import Found, Scratch, SQUARE
+from fuzzy_stereo_ros.matching.kernels.scanlines.selection import Found, PITCH, Scratch
 from fuzzy_stereo_ros.matching.kernels.scanlines.tile_genes import (
     list_genes, MOST_GENES, Parent, SIDE, Tiles)
 from fuzzy_stereo_ros.matching.kernels.temporal.change_detection import TILE
@@ -128,12 +128,11 @@ class Generation:
     def _have_memory(self):
         """Have memory for the genes listed: sums of all, and costs of a row or column of tiles."""
         counts = self.counts.reshape(self._tiles)
-        of_all, of_line = (SQUARE * int(number) for number in (
-            counts.sum(), max(counts.sum(axis=0).max(), counts.sum(axis=1).max())))
-        if self._sums.size < of_all:
-            self._sums = np.empty(of_all + of_all // SPARE, np.uint8)
-        if self._lines.shape[2] < of_line:
-            self._lines = np.empty((MOST_PARTS, 2, of_line + of_line // SPARE), np.uint8)
+        of_line = max(counts.sum(axis=0).max(), counts.sum(axis=1).max())
+        if self._sums.size < counts.sum() * PITCH:
+            self._sums = zeros(_with_spare(counts.sum()) * PITCH, np.uint8)
+        if self._lines.shape[2] < of_line * PITCH:
+            self._lines = zeros((MOST_PARTS, 2, _with_spare(of_line) * PITCH), np.uint8)
             self._scratch = self._scratch_of_lines()
 
     def _found_by(self, half, previous):
@@ -156,6 +155,11 @@ def _parents_of(half):
 def _smooth_parent_of(half):
     """Return a `HalfSizeResult` as one parent, smoothed, and none in the place of the other."""
     return parent_of(half.prior.labels), NO_PARENT
+
+
+def _with_spare(genes):
+    """Return for how many genes memory is made where so many are needed."""
+    return int(genes + genes // SPARE)
 
 
 def _tiles_of(part):

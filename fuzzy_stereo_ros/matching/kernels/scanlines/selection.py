@@ -18,7 +18,7 @@ from fuzzy_stereo_ros.matching.kernels.possibility.costs import Features
 from fuzzy_stereo_ros.matching.kernels.scanlines.tile_costs import fill_costs, pixels_of
 from fuzzy_stereo_ros.matching.kernels.scanlines.tile_genes import (
     MOST_GENES, seen_size, SIDE, Tiles)
-from fuzzy_stereo_ros.matching.kernels.scanlines.transpose import SQUARE, transpose
+from fuzzy_stereo_ros.matching.kernels.scanlines.transpose import PITCH, SQUARE, transpose
 from fuzzy_stereo_ros.matching.kernels.scanlines.winner_takes_all import (
     choose_of_target, fitted_offsets)
 from fuzzy_stereo_ros.matching.kernels.simd import (
@@ -41,7 +41,7 @@ class Found(NamedTuple):
     half_weights: int
     previous_labels: int
     previous_weights: int
-    sums: int                # SQUARE bytes a gene, see Tiles.places
+    sums: int                # PITCH bytes a gene, see Tiles.places
     labels: int              # see SearchResult
     offsets: int
     least: int
@@ -60,7 +60,7 @@ class Scratch(NamedTuple):
     spare: int               # two vectors
     offers: int              # uint16: what the target's pixels are offered
     jumps: int               # P2 along the rows of a row of tiles, by columns
-    costs: int               # SQUARE bytes for each gene of a row or column of tiles
+    costs: int               # PITCH bytes for each gene of a row or column of tiles
     line_sums: int           # the same, for the genes of a row of tiles
 
 
@@ -150,9 +150,9 @@ def _move(count, scratch, jump, least, costs, sums, begins):
     step, smallest = full, full
     for index in range(count):
         path, after, next_step = _moved_on(index, scratch, before, here, step, jump, least,
-                                           load_like(jump, costs, index * SQUARE))
-        store(sums, index * SQUARE, path if begins else saturating_add(
-            path, load_like(jump, sums, index * SQUARE)))
+                                           load_like(jump, costs, index * PITCH))
+        store(sums, index * PITCH, path if begins else saturating_add(
+            path, load_like(jump, sums, index * PITCH)))
         smallest = minimum(smallest, path)
         before, here, step = here, after, next_step
     return smallest
@@ -192,7 +192,7 @@ def sum_across(features, found, tiles, scratch, first, last):
         for column in range(tiles.columns):
             tile, end = tile_row * tiles.columns + column, min((column + 1) * SIDE, columns)
             count, place = load_long(tiles.counts, tile), load_long(tiles.places, tile)
-            place = (place - before) * SQUARE
+            place = (place - before) * PITCH
             fill_costs(features, found, tiles.genes + 2 * MOST_GENES * tile, count, top, below,
                        end, scratch.costs + place, scratch.spare)
             jumps = scratch.jumps + column * SQUARE
@@ -200,8 +200,8 @@ def sum_across(features, found, tiles, scratch, first, last):
                 store(jumps, (row - top) * LANES, pixels_of(
                     kind, found.across, 1, row * columns, end, scratch.spare))
             transpose(jumps, jumps)
-            for square in range(scratch.costs + place, scratch.costs + place + count * SQUARE,
-                                SQUARE):
+            for square in range(scratch.costs + place, scratch.costs + place + count * PITCH,
+                                PITCH):
                 transpose(square, square)
             least = (_begin(found, tiles, tile, scratch) if column == 0 else
                      _carry(found, tiles, tile - 1, tile, least, scratch))
@@ -213,12 +213,12 @@ def sum_across(features, found, tiles, scratch, first, last):
             count, place = load_long(tiles.counts, tile), load_long(tiles.places, tile)
             least = (_begin(found, tiles, tile, scratch) if column == tiles.columns - 1 else
                      _carry(found, tiles, tile + 1, tile, least, scratch))
-            here = (place - before) * SQUARE
+            here = (place - before) * PITCH
             jump, least = _move_across(tiles, tile, end - column * SIDE, scratch, jump, least,
                                        here, True)
             for index in range(count):
-                transpose(scratch.line_sums + here + index * SQUARE,
-                          found.sums + (place + index) * SQUARE)
+                transpose(scratch.line_sums + here + index * PITCH,
+                          found.sums + (place + index) * PITCH)
 
 
 @inlined
@@ -239,9 +239,9 @@ def _select(genes, count, scratch, jump, least, costs, sums):
     low, high = splat_like(jump, first), splat_like(jump, first >> 8)
     for index in range(count):
         path, after, next_step = _moved_on(index, scratch, before, here, step, jump, least,
-                                           load_like(jump, costs, index * SQUARE))
+                                           load_like(jump, costs, index * PITCH))
         smallest = minimum(smallest, path)
-        total = saturating_add(path, load_like(jump, sums, index * SQUARE))
+        total = saturating_add(path, load_like(jump, sums, index * PITCH))
         better, linked = less(total, best), less(step, full)
         after_best = bit_and(took, linked)
         elsewhere = choose(better, choose(linked, former, best),
@@ -302,7 +302,7 @@ def select_down(features, found, tiles, scratch, first, last):
             tile = tile_row * tiles.columns + column
             least = (_begin(found, tiles, tile, scratch) if tile_row == 0 else
                      _carry(found, tiles, tile - tiles.columns, tile, least, scratch))
-            count, place = load_long(tiles.counts, tile), load_long(tiles.places, tile) * SQUARE
+            count, place = load_long(tiles.counts, tile), load_long(tiles.places, tile) * PITCH
             top, below = tile_row * SIDE, min((tile_row + 1) * SIDE, found.rows)
             fill_costs(features, found, tiles.genes + 2 * MOST_GENES * tile, count, top, below,
                        end, costs, scratch.spare)
@@ -311,14 +311,14 @@ def select_down(features, found, tiles, scratch, first, last):
                 jump = pixels_of(kind, found.down, 1, row * columns, end, scratch.spare)
                 least = _move(count, scratch, jump, least, costs + at, found.sums + place + at,
                               False)
-            costs += count * SQUARE
+            costs += count * PITCH
         jump = kind
         for tile_row in range(tiles.rows - 1, -1, -1):
             tile = tile_row * tiles.columns + column
             least = (_begin(found, tiles, tile, scratch) if tile_row == tiles.rows - 1 else
                      _carry(found, tiles, tile + tiles.columns, tile, least, scratch))
-            count, place = load_long(tiles.counts, tile), load_long(tiles.places, tile) * SQUARE
-            costs -= count * SQUARE
+            count, place = load_long(tiles.counts, tile), load_long(tiles.places, tile) * PITCH
+            costs -= count * PITCH
             genes = tiles.genes + 2 * MOST_GENES * tile
             for row in range(min((tile_row + 1) * SIDE, found.rows) - 1, tile_row * SIDE - 1, -1):
                 at = row % SIDE * LANES

@@ -4,7 +4,7 @@
 from fuzzy_stereo_ros.matching.kernels.addresses import load_byte, load_short, store_byte
 from fuzzy_stereo_ros.matching.kernels.compiled import called, inlined
 from fuzzy_stereo_ros.matching.kernels.possibility.costs import cuts_of, DEAD_ZONE, raw_costs
-from fuzzy_stereo_ros.matching.kernels.scanlines.transpose import SQUARE
+from fuzzy_stereo_ros.matching.kernels.scanlines.transpose import PITCH
 from fuzzy_stereo_ros.matching.kernels.simd import (
     add, bit_and, equal_bits, LANES, load_like, minimum, narrow, reversed_lanes,
     saturating_subtract, shift_right, splat, splat_like, store, subtract, widen)
@@ -78,4 +78,4 @@ def fill_costs(features, found, genes, count, top, below, end, costs, spare):
                 cost = add(cost, _prior_costs(splat_like(kind, label), half))
             if of_previous:
                 cost = add(cost, _prior_costs(splat_like(kind, label), previous))
-            store(costs, index * SQUARE + (row - top) * LANES, cost)
+            store(costs, index * PITCH + (row - top) * LANES, cost)

@@ -7,6 +7,9 @@ from numba import types
 from numba.extending import intrinsic
 
 SQUARE = LANES * LANES      # bytes
+# From a square to the next: a fraction of a page apart, lines would evict each other, and loads
+# would wait for stores that only seem to be of the same place.
+PITCH = SQUARE + 64
 
 
 @intrinsic
