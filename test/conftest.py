@@ -9,6 +9,7 @@ import signal
 import sys
 
 from fuzzed import USUAL
+from fuzzy_stereo_ros.matching.realtime import matcher
 from hypothesis import settings
 from node_process import NodeProcess, own_domain, ros_environment
 import pytest
@@ -53,6 +54,14 @@ def pytest_pycollect_makemodule(module_path, parent):
         return (yield)
     except pytest.skip.Exception:
         return pytest.Module.from_parent(parent, path=module_path)
+
+
+@pytest.fixture(scope='session', autouse=True)
+def threads_at_any_size():
+    """Let several threads match small scenes, too: users have larger ones."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(matcher, 'FEWEST_SHARED', 0)
+        yield
 
 
 @pytest.fixture

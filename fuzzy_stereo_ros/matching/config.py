@@ -65,8 +65,8 @@ class MatcherConfig:
         'no operator starts after this time, nor, in realtime, one that would end after it; 0 is '
         'no deadline, and only then are results the same on every run')
     threads: int = _number(
-        0, 0, 256, '', 'threads that match one pair; 0 is one for each processor that '
-        'the process may use; never changes the result')
+        0, 0, 256, '', 'threads that match one pair, one for small images; 0 is one for each '
+        'processor that the process may use; never changes the result')
     seed: int = _number(
         0, 0, 2**31 - 1, '', 'seed of the random numbers; equal seeds and input give equal output')
     population: int = _number(

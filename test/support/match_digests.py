@@ -11,6 +11,7 @@ import hashlib
 from pathlib import Path
 
 from fuzzy_stereo_ros.matching import MatcherConfig, PROFILES, StereoMatcher
+from fuzzy_stereo_ros.matching.realtime import matcher as realtime
 from fuzzy_stereo_ros.synthetic.scenes import make_sequence
 import numpy as np
 
@@ -47,6 +48,7 @@ if __name__ == '__main__':
     parser.add_argument('--threads', type=int, default=1)
     parser.add_argument('--images', type=Path, help='read, or written where there is none')
     arguments = parser.parse_args()
+    realtime.FEWEST_SHARED = 0      # threads share small images, too
     kept = arguments.images
     images = np.load(kept) if kept and kept.exists() else make_images()
     if kept and not kept.exists():

@@ -30,6 +30,7 @@ from fuzzy_stereo_ros.matching.realtime.warm_start import RealtimeState, WarmSta
 
 REFINING = 'all after the generations'      # for Durations
 ADVANTAGE = 1       # cost a cell by which a region must be cheaper to be taken
+FEWEST_SHARED = 100_000     # pixels; of fewer, threads wait longer than they save
 
 
 class Stages(NamedTuple):
@@ -75,7 +76,7 @@ class RealtimeMatcher:
     def __init__(self, config, rows, columns, stages=None):
         """Allocate all that pairs of one size need."""
         self._config, self._stages = config, stages or STAGES[config.planes]
-        self.pool = ThreadPool(config.threads)
+        self.pool = ThreadPool(config.threads if rows * columns >= FEWEST_SHARED else 1)
         self._views = Views(config, rows, columns, self._stages.noise)
         full = self._views.full
         self._plain_regions = self._stages.vote(self._views, config.min_disparity)

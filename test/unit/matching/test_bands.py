@@ -316,6 +316,7 @@ INTERRUPTED = """
 import random, signal, threading
 from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
 from fuzzy_stereo_ros.matching.kernels.compiled import KernelCache
+from fuzzy_stereo_ros.matching.realtime import matcher as realtime
 from fuzzy_stereo_ros.synthetic.scenes import make_pair
 from made_scenes import bits
 
@@ -330,6 +331,7 @@ def load(*arguments, load=KernelCache.load_overload):
 KernelCache.load_overload = load    # an interrupt would be lost there, or leave numba locked
 armed, interrupted, longest, expected = False, 0, 0.5, None
 signal.signal(signal.SIGALRM, interrupt)
+realtime.FEWEST_SHARED = 0     # threads share small images, too
 pair = make_pair(160, 240, 32, noise=2.0)
 matcher = StereoMatcher(MatcherConfig(disparities=32, threads=4, warm_start=False, fill=True))
 for _ in range(100):

@@ -7,6 +7,7 @@ import pydoc
 from fuzzy_stereo_ros.matching import Match, MatcherConfig, PROFILES, StereoMatcher
 from fuzzy_stereo_ros.matching.evolution import Random
 from fuzzy_stereo_ros.matching.matcher import ALGORITHMS
+from fuzzy_stereo_ros.matching.realtime import matcher as realtime
 from fuzzy_stereo_ros.matching.realtime.matcher import RealtimeMatcher
 from fuzzy_stereo_ros.synthetic.scenes import make_pair, make_sequence
 from made_scenes import bits, matched, scene, wrong
@@ -345,3 +346,10 @@ def test_what_is_no_pair_is_rejected_with_a_sentence_and_the_next_pair_is_matche
         with pytest.raises(ValueError) as error:
             matcher.match(left, right)
         assert str(error.value) == sentence
+
+
+def test_one_thread_matches_small_images_and_all_that_are_set_match_larger_ones(monkeypatch):
+    monkeypatch.setattr(realtime, 'FEWEST_SHARED', 5000)
+    used = [RealtimeMatcher(replace(CONFIG, threads=3), *size).pool.threads
+            for size in ((50, 99), (50, 100), (70, 300))]
+    assert used == [1, 3, 3]
