@@ -336,9 +336,12 @@ def _features(detector, image):
 def _nearest(places, bits, other_places, other_bits, lowest, highest):
     """Return the features most like each and their distances, see `nearest_features`."""
     nearest, distances = (np.empty(len(places), np.int32) for _ in range(2))
+    order = np.argsort(other_places[:, 1])
+    ascending = np.ascontiguousarray(other_places[order].T)
+    begins = np.searchsorted(ascending[1], places[:, 1] - np.float32(LARGEST_OFFSET))
     nearest_features(
-        (np.ascontiguousarray(places.T), bits.view(np.uint32)),
-        (np.ascontiguousarray(other_places.T), other_bits.view(np.uint32)),
+        (np.ascontiguousarray(places.T), bits.view(np.uint32), begins),
+        (ascending, other_bits[order].view(np.uint32), order),
         *map(np.float32, (lowest, highest, LARGEST_OFFSET)), nearest, distances)
     return nearest, distances
 

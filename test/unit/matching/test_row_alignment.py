@@ -93,8 +93,12 @@ def test_features_are_matched_as_by_the_brute_force_matcher_of_opencv(seed, numb
     bits, other_bits = (draw.integers(0, most, (count, 32)).astype(np.uint8)
                         for count in (number, others))
     nearest, distances = np.empty(number, np.int32), np.empty(number, np.int32)
-    nearest_features((places, bits.view(np.uint32)), (other_places, other_bits.view(np.uint32)),
-                     lowest, highest, apart, nearest, distances)
+    order = np.argsort(other_places[1])
+    begins = np.searchsorted(other_places[1, order], places[1] - apart)
+    nearest_features(
+        (places, bits.view(np.uint32), begins),
+        (np.ascontiguousarray(other_places[:, order]), other_bits[order].view(np.uint32), order),
+        lowest, highest, apart, nearest, distances)
 
     across, down = places[:, :, None] - other_places[:, None]
     allowed = (across >= lowest) & (across <= highest) & (abs(down) <= apart)

@@ -19,35 +19,33 @@ _HALF, _SHARP = np.float32(0.5), np.float32(0.75)
 _TWICE, _SQUARE, _CUBE = np.float32(1.5), np.float32(2.25), np.float32(1.25)
 
 
-@kernel(allocates=True)
+@kernel
 def nearest_features(features, others, lowest, highest, apart, nearest, distances):
     """
     Write which feature of another image is most like each feature; of equals the first one.
 
-    features: float32 (2, N), column and row, px, and their bits, uint32 (N, words); the same of
-    the M others;
-    lowest, highest: of the difference of columns, apart: of that of rows at most, float32, px;
-    nearest: int32 (N,), NONE where there is none so near; distances: int32 (N,), bits that differ
+    features: float32 (2, N), column and row, px, their bits, uint32 (N, words), and the first of
+    the others whose row may be near, int64 (N,); others: places and bits of M, ascending by row,
+    and their numbers, int64 (M,); lowest, highest: of the difference of columns, apart: of that of
+    rows at most, float32, px; nearest: int32 (N,), NONE where there is none so near; distances:
+    int32 (N,), bits that differ
     """
-    (places, bits), (other_places, other_bits) = features, others
+    (places, bits, begins), (other_places, other_bits, numbers) = features, others
     columns, rows = other_places[0], other_places[1]
-    allowed = np.empty(len(columns), np.uint8)
     for one in range(places.shape[1]):
         column, row = places[0, one], places[1, one]
-        nearest[one], least = NONE, 32 * bits.shape[1] + 1
-        for other in range(len(columns)):
+        found, least, other = NONE, 32 * bits.shape[1] + 1, begins[one]
+        while other < len(rows) and rows[other] - row <= apart:
             difference = column - columns[other]
-            allowed[other] = ((difference >= lowest) & (difference <= highest)
-                              & (abs(row - rows[other]) <= apart))
-        for other in range(len(columns)):
-            if allowed[other]:
+            if difference >= lowest and difference <= highest and row - rows[other] <= apart:
                 differing = 0
                 for word in range(bits.shape[1]):
                     differing += count_bits_of_word(
                         np.uint32(bits[one, word] ^ other_bits[other, word]))
-                if differing < least:
-                    nearest[one], least = other, differing
-        distances[one] = least
+                if differing < least or differing == least and numbers[other] < found:
+                    found, least = numbers[other], differing
+            other += 1
+        nearest[one], distances[one] = found, least
 
 
 @kernel
