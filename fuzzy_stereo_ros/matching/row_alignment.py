@@ -146,11 +146,11 @@ class RowAlignment:
         shape = left.shape[:2]
         found = feature_offsets(left, right, self._lowest, self._disparities)
         alone = Rows().with_points(found, shape)
-        measured, known = alone.measured(shape), self.measured(rows, shape)
+        known, measured = self.measured(rows, shape), self.measured(alone, shape)
         if measured is None or not self._confirmed(
                 pool, left, right, rows.undone, measured):
             return rows
-        if known is not None and measured.deviation(known.terms) > KNOCK:
+        if not len(rows.points) or known is not None and measured.deviation(known.terms) > KNOCK:
             rows = rows._replace(points=alone.points)
         else:
             rows = rows.with_points(found, shape)
