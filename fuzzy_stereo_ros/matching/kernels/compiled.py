@@ -236,7 +236,7 @@ class _PartCompiler(Compiler):
         return super().define_pipelines()
 
 
-_usual_index = arrayobj.fix_integer_index
+_usual_index = getattr(arrayobj, 'fix_integer_index', None)     # not of numba's interface
 
 
 def _index(context, builder, kind, index, size):
