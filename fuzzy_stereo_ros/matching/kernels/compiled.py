@@ -18,7 +18,6 @@ import sys
 import tempfile
 import threading
 
-from llvmlite import ir
 import numba
 from numba.core import types
 from numba.core.caching import IndexDataCacheFile
@@ -246,7 +245,7 @@ def _index(context, builder, kind, index, size):
     Else there is a choice at each element, and LLVM before 15, as in numba 0.58, makes no vectors
     of such a loop.
     """
-    if isinstance(index, ir.Constant) or NAME not in builder.function.name:
+    if hasattr(index, 'constant') or NAME not in builder.function.name:
         return _usual_index(context, builder, kind, index, size)
     return context.cast(builder, index, kind, types.intp)
 
