@@ -11,16 +11,12 @@ HEADER = 'std_msgs/msg/Header'
 
 
 class Copying(NamedTuple):
-    """
-    How the messages of a connection are copied.
-
-    kind, typestore, qualities: as for `BagWriter.write`. converted(bytes): returns them as CDR.
-    """
+    """How the messages of a connection are copied; the first three: see `BagWriter.write`."""
 
     kind: str
     typestore: object
     qualities: list
-    converted: Callable
+    converted: Callable     # from the bytes of a message to CDR
 
 
 class CopiedMessages:

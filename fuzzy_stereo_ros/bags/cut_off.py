@@ -25,16 +25,11 @@ COMPUTED = re.compile(r'\bVIRTUAL\b|\bAS\b', re.IGNORECASE)   # of tables or col
 
 
 class Recovered(NamedTuple):
-    """
-    A file of a bag that was given an index.
+    """A file of a bag that was given an index."""
 
-    path: what rosbags opens instead of the file. content(stored): returns the content of a
-    message, bytes, from what that has stored of it. close(): releases both.
-    """
-
-    path: object
-    content: Callable = bytes
-    close: Callable = lambda: None
+    path: object                    # what rosbags opens instead of the file
+    content: Callable = bytes       # of a message, from what that has stored of it
+    close: Callable = lambda: None  # releases both
 
 
 def recovered(path):
@@ -95,10 +90,9 @@ def _written(path):
             start = (end - 1) // DISK_BLOCK * DISK_BLOCK
             file.seek(start)
             block = file.read(end - start).rstrip(b'\0')
+            end = start + len(block)
             if block:
-                end = start + len(block)
                 break
-            end = start
     return size if size - end < DISK_BLOCK else end
 
 

@@ -36,17 +36,12 @@ class BagTopic(NamedTuple):
 
 
 class BagMessage(NamedTuple):
-    """
-    A message as it is stored.
+    """A message as it is stored."""
 
-    topic: begins with a slash. log_time: ns, when it was recorded. content: bytes.
-    connection, reader: of rosbags; they describe and deserialise the content.
-    """
-
-    topic: str
-    log_time: int
+    topic: str          # begins with a slash
+    log_time: int       # ns, when it was recorded
     content: bytes
-    connection: object
+    connection: object  # of rosbags, as reader: they describe and deserialise the content
     reader: object
 
 

@@ -33,16 +33,12 @@ class BagWriter:
     """
     Writes a bag into a folder, or appends to the bag in it; for one thread.
 
-    counts: Counter of messages by topic. last: ns, when the newest message was logged, None
-    before the first. Both cover all parts, after a failure only the closed ones.
+    counts: Counter of messages by topic. last: ns, log time of the newest. Both cover all parts,
+    after a failure only the closed ones.
     """
 
     def __init__(self, folder, storage='mcap'):
-        """
-        Read the description of the bag, if there is one; write nothing yet.
-
-        storage: one of `FORMATS`. Raises ValueError if metadata.yaml is damaged.
-        """
+        """Read the bag's metadata.yaml if there is one; ValueError if it is damaged."""
         self._folder, self._storage = Path(folder), storage
         self._writer, self._connections, self._size, self._failed = None, {}, 0, False
         self._closed = read_description(self._folder)
@@ -50,11 +46,10 @@ class BagWriter:
 
     def write(self, topic, kind, typestore, content, log_time, qualities=()):
         """
-        Write a message.
+        Write a message; OSError if it cannot be written: the closed parts remain a valid bag.
 
-        kind: type of the message. typestore: of rosbags, defines it. content: bytes, CDR.
-        log_time: ns, not before the previous message. qualities: list of rosbags' Qos.
-        Raises OSError if it cannot be written; the closed parts remain a valid bag.
+        kind: its type, which the typestore of rosbags defines. content: bytes, CDR. log_time: ns,
+        not before the previous message. qualities: list of rosbags' Qos.
         """
         self._guard(self._write, topic, kind, typestore, content, log_time, qualities)
 

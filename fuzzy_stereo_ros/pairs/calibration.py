@@ -155,11 +155,7 @@ def _remarks(infos, projections, baseline):
 
 
 def reach(first, count, calibration):
-    """
-    Return a sentence on the depths of a range of disparities, '' without a baseline.
-
-    first, count: px, the smallest disparity and their number.
-    """
+    """Return a sentence on the depths of disparities, '' without a baseline; px, from first on."""
     product, last = calibration.focal * calibration.baseline, first + count - 1
     if not product or last <= calibration.offset:
         return ''
@@ -178,10 +174,9 @@ def points_reach(farthest):
 
 def disparity_of(depth, calibration):
     """
-    Return the disparities of a depth: float32 (R, C), px, NaN = invalid.
+    Return the disparities of a depth in m, both float32 (R, C): px, NaN = invalid.
 
-    depth: float32 (R, C), metres; NaN, 0 and negative values are invalid. The disparity of an
-    infinite depth is the calibration's offset.
+    NaN, 0 and negative depths are invalid; of an infinite one it is the calibration's offset.
     """
     with np.errstate(divide='ignore', invalid='ignore'):
         disparity = calibration.focal * calibration.baseline / depth.astype(np.float64)

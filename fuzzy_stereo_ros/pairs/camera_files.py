@@ -31,11 +31,7 @@ class Camera:
 
 
 def centred_calibration(focal, baseline, offset, rows, columns):
-    """
-    Return the Calibration of a pair whose left principal point is the centre of the image.
-
-    focal, offset: px. baseline: metres.
-    """
+    """Return the Calibration, px and m, whose left principal point is the image's centre."""
     return Calibration(focal, baseline, offset,
                        Projection(focal, focal, (columns - 1) / 2, (rows - 1) / 2))
 
@@ -91,9 +87,8 @@ def read_camera(path):
 
 def write_middlebury_calibration(path, calibration, shape, min_disparity, disparities):
     """
-    Write a Calibration as calib.txt of Middlebury 2014; OSError if it cannot be written.
+    Write calib.txt of Middlebury 2014: in mm, and doffs is minus our offset; OSError.
 
-    There the baseline is in millimetres, and doffs is minus our offset.
     shape: (rows, columns) of the images. min_disparity, disparities: px, range of the truth.
     """
     fx, fy, cx, cy = calibration.left
@@ -110,10 +105,9 @@ def write_middlebury_calibration(path, calibration, shape, min_disparity, dispar
 
 def read_yaml(text):
     """
-    Return the plain data of a YAML text, str or bytes.
+    Return the plain data of a YAML text, str or bytes; ValueError with one line.
 
-    Raises ValueError with one line if it is no YAML, or has more than `MOST_ALIASES` aliases, by
-    which a few lines can expand to any amount of data.
+    Each nested alias can double the data, so that more than `MOST_ALIASES` are rejected.
     """
     import yaml
 

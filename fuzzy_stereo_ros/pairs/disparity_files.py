@@ -48,10 +48,9 @@ def encode_pfm(values):
 
 def decode_pfm(path, content):
     """
-    Return the values of a PFM file: float32 (R, C).
+    Return the values of a PFM file, float32 (R, C); ValueError, which names the path.
 
     OpenCV's reader is not used, as it multiplies the values by the header's scale.
-    path: named in errors. Raises ValueError for three channels, and for a damaged or other file.
     """
     header = re.match(rb'(P[fF])\s+(\d{1,18})\s+(\d{1,18})\s+(-?[0-9.eE+-]+)\s', content)
     if header is None:
@@ -76,11 +75,7 @@ def encode_numpy(values):
 
 
 def decode_numpy(path, content):
-    """
-    Return the only array of a .npy or .npz file: numbers (R, C).
-
-    path: named in errors. Raises ValueError for a damaged or other file.
-    """
+    """Return the only array, numbers (R, C), of a .npy or .npz; ValueError names the path."""
     try:
         stored = np.load(io.BytesIO(content), allow_pickle=False)
         if not isinstance(stored, np.ndarray):
@@ -100,11 +95,10 @@ def decode_numpy(path, content):
 
 def _read(path, scale, usual, unit):
     """
-    Return the values of a file: float32 (R, C).
+    Return the values of a file: float32 (R, C); of images grey levels by scale, NaN for 0.
 
-    The values of an image are its grey levels divided by a scale, NaN for level 0; it may have
-    three equal channels, as those of Middlebury do.
-    scale: None for usual, the scale of 16-bit images. unit: of the values, for errors.
+    An image may have three equal channels, as those of Middlebury do. scale: None for usual, the
+    scale of 16-bit images. unit: of the values, for errors.
     """
     decode = {'.pfm': decode_pfm, '.npy': decode_numpy, '.npz': decode_numpy}.get(
         Path(path).suffix.lower())
@@ -130,10 +124,9 @@ def read_disparity(path, scale=None):
     """
     Return the disparities of a file: float32 (R, C), pixels, NaN = invalid.
 
-    Reads what `write_disparity` writes, .npz with a single array, and images of 8 or 16 bits
-    whose grey level 0 is invalid.
-    scale: grey levels per pixel of disparity; None = 256, allowed for 16 bits only.
-    Raises ValueError if the file is missing or damaged, or the scale is needed or not allowed.
+    Reads what `write_disparity` writes, .npz with one array, and images of 8 or 16 bits, 0 =
+    invalid. scale: grey levels per pixel; None = 256, of 16 bits only. Raises ValueError if the
+    file is missing or damaged, or the scale is needed or not allowed.
     """
     disparity = _read(path, scale, KITTI_SCALE, 'pixel of disparity')
     disparity[~np.isfinite(disparity)] = np.nan
@@ -144,9 +137,8 @@ def read_depth(path, scale=None):
     """
     Return the depth of a file: float32 (R, C), metres, NaN = invalid, infinite = too far.
 
-    Reads .pfm, .npy, .npz with a single array, and images; values not above 0 are invalid.
-    scale: grey levels per metre; None = 1000, allowed for 16 bits only.
-    Raises ValueError if the file is missing or damaged, or the scale is needed or not allowed.
+    Values not above 0 are invalid. scale: grey levels per metre; None = 1000, of 16 bits only.
+    Formats and errors: `read_disparity`.
     """
     depth = _read(path, scale, MILLIMETRES, 'metre')
     depth[~(depth > 0)] = np.nan
@@ -155,9 +147,8 @@ def read_depth(path, scale=None):
 
 def write_disparity(path, disparity):
     """
-    Write disparities in the format of the path's suffix, as `write_whole`.
+    Write float disparities (R, C), px, NaN or infinite = invalid, by the path's suffix.
 
-    disparity: float (R, C), pixels, NaN or infinite = invalid.
     Raises ValueError for a suffix or value that cannot be stored, OSError as `write_whole`.
     """
     encode = _encoder(path)[0]
@@ -166,29 +157,17 @@ def write_disparity(path, disparity):
 
 
 def write_depth(path, depth):
-    """
-    Write depth in the format of the path's suffix, as `write_whole`.
-
-    depth: float32 (R, C), metres. Raises ValueError for another suffix, OSError as `write_whole`.
-    """
+    """Write depth, float32 (R, C), metres, as `write_disparity`."""
     write_whole(path, _encoder(path)[1](depth))
 
 
 def write_confidence(path, confidence):
-    """
-    Write confidence in the format of the path's suffix, as `write_whole`; in a .png 1 is 255.
-
-    confidence: float32 (R, C), 0 to 1. Raises ValueError for another suffix.
-    """
+    """Write confidence, float32 (R, C), 0 to 1, as `write_disparity`; in a .png 1 is 255."""
     write_whole(path, _encoder(path)[2](confidence))
 
 
 def check_map_suffix(path, others=''):
-    """
-    Raise ValueError unless a map can be written with the path's suffix.
-
-    others: end of the sentence, with suffixes that the caller allows for something else.
-    """
+    """Raise ValueError unless a map can have the path's suffix; others: end of the sentence."""
     suffix = Path(path).suffix
     if suffix.lower() not in _ENCODERS:
         raise ValueError(f"{path} has the suffix '{suffix}'; allowed are "

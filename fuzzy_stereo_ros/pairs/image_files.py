@@ -54,11 +54,7 @@ def read_image(path):
 
 
 def read_pair(left_path, right_path):
-    """
-    Return the left and the right image, each as `read_image` does.
-
-    Raises ValueError if one cannot be read or the two differ in size.
-    """
+    """Return two images, each as `read_image`; ValueError, too, if they differ in size."""
     left, right = read_image(left_path), read_image(right_path)
     if left.shape[:2] != right.shape[:2]:
         raise ValueError(f'{left_path} is {width_by_height(left)} and {right_path} is '
@@ -67,11 +63,7 @@ def read_pair(left_path, right_path):
 
 
 def write_image(path, image):
-    """
-    Write an image (R, C) or (R, C, 3) BGR in the format of the path's suffix, as `write_whole`.
-
-    Raises ValueError for a suffix without a format, OSError if the file cannot be written.
-    """
+    """Write an image, (R, C) or (R, C, 3) BGR, by the path's suffix; ValueError, or OSError."""
     check_image_suffix(path)
     written, content = cv2.imencode(Path(path).suffix, image)
     if not written:
@@ -146,11 +138,7 @@ def remove(path):
 
 
 def size_in_header(content):
-    """
-    Return the (rows, columns) in the header of a JPEG or PNG, None for any other content.
-
-    content: bytes of the whole file.
-    """
+    """Return the (rows, columns) in the header of a whole JPEG or PNG, None for other bytes."""
     if content.startswith(PNG_START):
         found = PNG_HEADER.match(content)
         return found and struct.unpack('>II', found[1])[::-1]

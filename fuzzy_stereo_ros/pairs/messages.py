@@ -79,11 +79,7 @@ def encoding_of(image):
 
 
 def fill_pixels(message, image, encoding):
-    """
-    Fill a sensor_msgs/Image, except its header, and return it.
-
-    image: (R, C) or (R, C, channels), of the encoding's dtype.
-    """
+    """Fill and return a sensor_msgs/Image without its header; image: of the encoding's dtype."""
     image = np.ascontiguousarray(image, image.dtype.newbyteorder('<'))
     message.height, message.width = image.shape[:2]
     message.encoding, message.is_bigendian = encoding, 0

@@ -23,36 +23,28 @@ FRACTIONS = 32              # of a pixel, to which remap rounds positions
 
 
 class _Plan(NamedTuple):
-    """
-    The steps for all images of one calibration and size.
+    """The steps for all images of one calibration and size."""
 
-    calibration: of the images after these steps. window: slices of the rows and columns to keep.
-    maps: for each side the maps of the window for cv2.remap; None without rectification.
-    missing: as in StereoPair.
-    """
-
-    calibration: Calibration
-    window: tuple
-    maps: tuple | None
-    missing: tuple | None
+    calibration: Calibration    # of the images after these steps
+    window: tuple               # slices of the rows and columns to keep
+    maps: tuple | None          # of the window, for each side, for cv2.remap if it is rectified
+    missing: tuple | None       # as in StereoPair
 
 
 class PairReader:
     """
-    Reads pairs from messages.
+    Reads pairs from messages; scale: of their images.
 
     The rectification maps are computed for the first pair, and again when the calibration or the
-    size of the images changes. scale: of the images of the pairs, one of `SCALES`.
+    size of the images changes.
     """
 
     def __init__(self, rectify=False, crop=False, scale=1.0):
         """
-        Store what to do with each pair.
+        Store what to do with each pair; ValueError for a scale that is none of `SCALES`.
 
-        rectify: rectify raw images by K, D, R and P of their CameraInfo.
-        crop: cut both images to a rectangle in which both rectified images have pixels.
-        scale: one of `SCALES`; average blocks of 1 / scale x 1 / scale pixels.
-        Raises ValueError for another scale.
+        rectify: by K, D, R and P of the CameraInfo. crop: to a rectangle in which both rectified
+        images have pixels. scale: average blocks of 1 / scale x 1 / scale pixels.
         """
         if scale not in SCALES:
             allowed = ', '.join(f'{one:g}' for one in SCALES)
@@ -64,10 +56,8 @@ class PairReader:
         """
         Return the StereoPair of two images, raw or compressed, and their CameraInfo.
 
-        Without a calibration both CameraInfo are None; such images can only be scaled.
-
-        Its calibration is that of the rectified, cropped and scaled images; remarks say if an
-        image has another size than its CameraInfo expects, and if its stamp or frame is not set.
+        Without a calibration both CameraInfo are None; such images can only be scaled. Remarks
+        say if an image has another size than its CameraInfo expects, and no stamp or frame.
         Raises BadPair with a sentence if the four messages make no pair.
         """
         stamp, frame_id = stamp_of(left.header), left.header.frame_id
@@ -88,11 +78,8 @@ class PairReader:
             self._plan = self._plan_for(infos, rows, columns, remarks)
             self._planned_for = key
         plan = self._plan
-        if plan.maps is None:
-            images = [image[plan.window] for image in images]
-        else:
-            images = [cv2.remap(image, *maps, cv2.INTER_LINEAR)
-                      for image, maps in zip(images, plan.maps)]
+        images = [image[plan.window] for image in images] if plan.maps is None else [
+            cv2.remap(image, *maps, cv2.INTER_LINEAR) for image, maps in zip(images, plan.maps)]
         if self.scale != 1:
             images = [_reduced(image, self.scale) for image in images]
         return StereoPair(*map(np.ascontiguousarray, images), plan.calibration, stamp, frame_id,
@@ -169,15 +156,12 @@ def _read_images(left, right):
     return images
 
 
-def _alike(*images):
+def _alike(left, right):
     """Return the two images of a pair, of one size and depth."""
-    left, right = images
     if left.shape[:2] != right.shape[:2]:
         raise BadPair('size', f'the left image is {width_by_height(left)}, the right one '
                       f'{width_by_height(right)}; a pair needs two of one size')
-    if left.dtype != right.dtype:
-        images = [_full_range(image) for image in images]
-    return images
+    return (left, right) if left.dtype == right.dtype else (_full_range(left), _full_range(right))
 
 
 def _full_range(image):
@@ -227,9 +211,8 @@ def _matrices(side, info):
         raise BadPair('calibration', f'{side} camera_info: K is not of a calibrated camera; '
                       'calibrate it, or set rectify and crop to false')
     if not are_usable(p):
-        raise BadPair('calibration',
-                      f'{side} camera_info: P holds numbers above {LARGEST_NUMBER:g}; '
-                      'calibrate it, or set rectify and crop to false')
+        raise BadPair('calibration', f'{side} camera_info: P holds numbers above '
+                      f'{LARGEST_NUMBER:g}; calibrate it, or set rectify and crop to false')
     if not _is_rotation(r):
         raise BadPair('calibration', f'{side} camera_info: R is not a rotation; calibrate the two '
                       'cameras as a pair, or set rectify and crop to false')
@@ -308,8 +291,7 @@ def largest_window(valid):
             invalid[top, columns], invalid[bottom - 1, columns],
             invalid[rows, left], invalid[rows, right - 1])]
         width, height = right - left, bottom - top
-        worst = int(np.argmax([counts[0] / width, counts[1] / width,
-                               counts[2] / height, counts[3] / height]))
+        worst = int(np.argmax(np.divide(counts, (width, width, height, height))))
         remaining -= counts[worst]
         top, bottom = top + (worst == 0), bottom - (worst == 1)
         left, right = left + (worst == 2), right - (worst == 3)

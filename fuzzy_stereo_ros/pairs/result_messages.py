@@ -120,11 +120,7 @@ def fill_disparity(message, match, pair, config):
 
 
 def fill_camera_info(message, pair):
-    """
-    Fill an empty sensor_msgs/CameraInfo of the left image as it was matched, and return it.
-
-    It has no binning, no region of interest and no distortion.
-    """
+    """Fill and return an empty CameraInfo of the left image as matched: no binning, no region."""
     fx, fy, cx, cy = pair.calibration.left
     fill_header(message.header, pair)
     message.height, message.width = pair.left.shape[:2]

@@ -136,14 +136,11 @@ class StereoPair:
 
     left, right: uint8 or uint16, (R, C) or (R, C, 3) BGR, of one size and dtype, contiguous;
     one may be grey and the other coloured.
-    stamp: ns. frame_id: of the left camera, '' if unknown.
-    missing: two bool (R, C), of the left and the right image, true where a rectified pixel lies
-    outside the raw image; None if no pixel does.
     """
 
     left: np.ndarray
     right: np.ndarray
     calibration: Calibration
-    stamp: int
-    frame_id: str = ''
-    missing: tuple | None = None
+    stamp: int                      # ns
+    frame_id: str = ''              # of the left camera
+    missing: tuple | None = None    # bool (R, C) of both: the pixel lies outside the raw image

@@ -8,18 +8,12 @@ SMALLEST_QUEUE = 2      # messages of a topic among which the nearest stamp can 
 
 
 class MatchedSet(NamedTuple):
-    """
-    One message of every topic, with matching stamps.
+    """One message of every topic, with matching stamps."""
 
-    stamp: ns, of the first topic's message. messages: in the order of the topics.
-    spread: ns between the earliest and the latest stamp.
-    went_back: whether the stamp is less than that of the previous set, as when a bag loops.
-    """
-
-    stamp: int
-    messages: tuple
-    spread: int
-    went_back: bool
+    stamp: int          # ns, of the first topic's message
+    messages: tuple     # in the order of the topics
+    spread: int         # ns between the earliest and the latest stamp
+    went_back: bool     # the stamp is less than that of the previous set, as when a bag loops
 
 
 class Synchroniser:
@@ -87,10 +81,6 @@ class Synchroniser:
         """Drop all waiting messages; the counts stay."""
         for topic, queue in self._queues.items():
             self._drop(topic, list(queue))
-
-    def waiting(self, topic):
-        """Return how many messages of a topic, which is not cached, wait for the others."""
-        return len(self._queues[topic])
 
     def has_cached(self, topic):
         """Return whether a topic is cached and has a message."""

@@ -28,10 +28,9 @@ def option_name(name):
 
 def add_options(group, rows, kinds=None):
     """
-    Add an option for each row of a table.
+    Add an option for each row of a table; kinds: {name: type} where it is not that of the row.
 
-    kinds: {name: type of the option} where it is not that of the row. The parsed arguments lack
-    options of the matcher that are not given: their values are those of the profile.
+    Options of the matcher that are not given are left out: their values are the profile's.
     """
     for row in rows:
         name = row.field or row.name
@@ -68,9 +67,9 @@ def node_settings(arguments, names):
 
 def add_matcher_options(parser, left_out=(), automatic=False):
     """
-    Add --profile and an option for each parameter of the matcher, to be read by `matcher_config`.
+    Add --profile and the options of `matcher_config`, but for the names left out.
 
-    left_out: names of parameters without an option. automatic: allow --disparities auto.
+    automatic: allow --disparities auto.
     """
     group = parser.add_argument_group(
         'the matcher', 'a profile sets all parameters, an option changes one of them'
@@ -143,19 +142,14 @@ def add_camera_options(parser):
 
 @dataclass(frozen=True)
 class CameraOptions:
-    """
-    The options of the calibration; ValueError if one is not allowed, or contradicts another.
+    """Options of the calibration; ValueError if one is not allowed, or contradicts another."""
 
-    calibration: paths of calibration files; unit: of their lengths. focal, offset: px.
-    baseline: metres. principal_point: of the left camera, px. None = not given.
-    """
-
-    calibration: tuple[str, ...] | None = None
-    unit: str | None = None
-    focal: float | None = None
-    baseline: float | None = None
-    offset: float | None = None
-    principal_point: tuple[float, float] | None = None
+    calibration: tuple[str, ...] | None = None      # paths of files
+    unit: str | None = None         # of the lengths in these
+    focal: float | None = None      # px
+    baseline: float | None = None   # m
+    offset: float | None = None     # px
+    principal_point: tuple[float, float] | None = None      # px, of the left camera
 
     @classmethod
     def of(cls, arguments):
@@ -185,10 +179,9 @@ class CameraOptions:
 
     def read(self, shape, needed, purpose):
         """
-        Return the Calibration.
+        Return the Calibration; ValueError, too, without a baseline that is needed.
 
-        needed: names of the required ones of focal and baseline. Other arguments and errors:
-        `cameras`; ValueError, too, without a baseline that is needed.
+        needed: names of the required ones of focal and baseline. Others: `cameras`.
         """
         calibration = read_calibration(*self.cameras(shape, purpose, needed=needed)[0])
         if calibration.baseline:
@@ -200,12 +193,10 @@ class CameraOptions:
 
     def cameras(self, shape, purpose, raw=False, images=(), needed=ABOVE_ZERO):
         """
-        Return the left and the right Camera, and their origin in words.
+        Return the left and the right Camera, and their origin in words; ValueError.
 
         shape: (R, C) of the images. purpose: what requires cameras, for errors. raw: whether raw
         images are to be rectified. images: as for `read_cameras`. needed: as for `read`.
-        Raises ValueError if one is missing, for camera files of another size, and as
-        `read_cameras`.
         """
         files = self.calibration
         found = files and read_cameras(files, shape, self.offset or 0.0, self.unit, images)

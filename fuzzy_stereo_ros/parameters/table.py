@@ -19,24 +19,18 @@ LONGEST_QUEUE = 1000000
 
 @dataclass(frozen=True)
 class Parameter:
-    """
-    A row of the table.
-
-    low, high: range of the value, None without one. choices: allowed values, () without any.
-    several: whether the value is a text of several choices, separated by blanks. read_only:
-    whether it is fixed when the node starts. field: of MatcherConfig, '' for the node's own rows.
-    """
+    """A row of the table."""
 
     name: str
     default: object
     sentence: str
-    low: float | None = None
+    low: float | None = None    # range of the value
     high: float | None = None
     unit: str = ''
-    choices: tuple = ()
-    several: bool = False
-    read_only: bool = False
-    field: str = ''
+    choices: tuple = ()         # allowed values
+    several: bool = False       # the value is a text of several choices, separated by blanks
+    read_only: bool = False     # fixed when the node starts
+    field: str = ''             # of MatcherConfig, '' for the node's own rows
 
     @property
     def allowed(self):
@@ -172,11 +166,7 @@ def sync_tolerance(settings):
 
 
 def nearest(name, names=(), likeness=0.6):
-    """
-    Return ' (did you mean X?)' for a name that is no parameter, '' if no name is similar.
-
-    names: the candidates, () = the names of the table. likeness: least similarity, 0 to 1.
-    """
+    """Return ' (did you mean X?)' of the names, () = the table's, or '' if none is similar."""
     if not names and name in ROS_NAMES:
         near = [ROS_NAMES[name]]
     else:

@@ -23,38 +23,26 @@ from fuzzy_stereo_ros.replay.source import Rejection, rejection_of
 
 @dataclass
 class Stats:
-    """
-    Statistics of a replay.
+    """Statistics of a replay."""
 
-    matched: number of new pairs. rematched: number of pairs that were matched only to warm up.
-    warm: how many of both started from the previous pair. rejected: number of rejected pairs by
-    reason; first_rejection: sentence of the first one. remarks: on calibrations and files, by
-    kind. milliseconds: total time of matching. seconds: duration of the loop. log_time, stamp: ns,
-    of the last matched pair, None before the first. interrupted: whether the user stopped the
-    replay. error: the DamagedBag, OSError or ValueError that ended it, or None. segments: number
-    of matched segments; workers: largest number of workers, 0 if this process matched.
-    misalignment: of the rows of the pairs so far, None where it is unknown. plausibility: check of
-    what was matched; findings: its sentences, by cause. calibration: of the last matched pair.
-    """
-
-    matched: int = 0
-    rematched: int = 0
-    warm: int = 0
-    rejected: Counter = field(default_factory=Counter)
-    first_rejection: str = ''
-    remarks: dict = field(default_factory=dict)
-    milliseconds: float = 0.0
-    seconds: float = 0.0
-    log_time: int | None = None
+    matched: int = 0        # new pairs
+    rematched: int = 0      # pairs that were matched only to warm up
+    warm: int = 0           # of both, those that started from the previous pair
+    rejected: Counter = field(default_factory=Counter)      # by reason
+    first_rejection: str = ''                               # sentence
+    remarks: dict = field(default_factory=dict)             # on calibrations and files, by kind
+    milliseconds: float = 0.0       # of matching, in all
+    seconds: float = 0.0            # of the loop
+    log_time: int | None = None     # ns, as stamp: of the last matched pair
     stamp: int | None = None
-    interrupted: bool = False
-    error: Exception | None = None
-    segments: int = 0
-    workers: int = 0
-    misalignment: Misalignment | None = None
+    interrupted: bool = False       # by the user
+    error: Exception | None = None  # DamagedBag, OSError or ValueError that ended it
+    segments: int = 0               # that were matched
+    workers: int = 0                # most at a time, 0 if this process matched
+    misalignment: Misalignment | None = None    # of the rows of the pairs so far
     plausibility: PlausibilityCheck = field(default_factory=PlausibilityCheck)
-    findings: dict = field(default_factory=dict)
-    calibration: Calibration | None = None
+    findings: dict = field(default_factory=dict)            # sentences of this check, by cause
+    calibration: Calibration | None = None      # of the last matched pair
 
     def reject(self, rejection, what, log):
         """Count and log a Rejection; what: the rejected thing in words, such as 'message'."""
@@ -69,11 +57,7 @@ class Stats:
 
 
 def match_in_order(items, matcher):
-    """
-    Yield each Item with its Match, its Rejection, or None; the next Item is read meanwhile.
-
-    matcher: a StereoMatcher.
-    """
+    """Yield each Item with its Match, its Rejection, or None; the next Item is read meanwhile."""
     with ThreadPoolExecutor(1, 'reader') as reader:
         next_item = reader.submit(next, items, None)
         while (item := next_item.result()) is not None:
@@ -84,11 +68,7 @@ def match_in_order(items, matcher):
 
 
 def match_or_reject(pair, matcher):
-    """
-    Return the Match of a StereoPair by a StereoMatcher, or the Rejection of the pair.
-
-    pair: a StereoPair; a Rejection or None is returned unchanged.
-    """
+    """Return the Match of a StereoPair, or its Rejection; a Rejection or None as it is."""
     if pair is None or isinstance(pair, Rejection):
         return pair
     try:
@@ -104,10 +84,9 @@ def replay(results, outputs, stats, stopped, log, on_pair):
     """
     Write the results of all pairs, until the end, an error, or an interruption.
 
-    results: yields what `match_in_order` yields. outputs: Outputs, which are closed in any case.
-    stats: Stats to be filled; stats.error is set by a damaged bag or a full disk. stopped():
-    returns whether to stop before the next pair. log(sentence): logs rejected pairs and remarks
-    on calibrations. on_pair(): called after each pair.
+    results: of `match_in_order`. outputs: Outputs, which are closed in any case. stats: to be
+    filled; its error is set by a damaged bag or a full disk. stopped(): whether to stop before
+    the next pair. log(sentence): logs rejections and remarks. on_pair(): called after each pair.
     """
     started = time.perf_counter()
     with ThreadPoolExecutor(1, 'writer') as writer:

@@ -28,36 +28,30 @@ class ReplayOptions:
     """
     The options of a replay; raises ValueError if they contradict each other.
 
-    bags: paths of bags, or of Frames. config: MatcherConfig of the images at full scale. settings:
-    {node parameter: value} of SYNCHRONISING, READING and RESULTS. output: folder, None = no
-    folder. storage: of the bag, or NO_BAG. results: words of OPTIONAL_RESULTS. keep: names of
-    topics to copy, () = all topics, None = none. files: suffixes of disparity files. video: file.
-    video_rate: frames per second. left, right: names of image topics. start, duration: s. every:
-    match only each N-th pair. workers: number of processes. scheduler: address of a Dask
-    scheduler. cameras: CameraOptions. rate: Frames per second, None = as they are stamped.
+    None = not given.
     """
 
-    bags: tuple[str, ...]
-    config: MatcherConfig
-    settings: dict
-    output: str | None = None
-    storage: str = 'mcap'
-    results: tuple[str, ...] = ()
-    keep: tuple[str, ...] | None = None
-    files: tuple[str, ...] = ()
+    bags: tuple[str, ...]       # paths, also of Frames
+    config: MatcherConfig       # of the images at full scale
+    settings: dict              # {node parameter: value}: SYNCHRONISING, READING, RESULTS
+    output: str | None = None   # folder
+    storage: str = 'mcap'       # of the bag, or NO_BAG
+    results: tuple[str, ...] = ()           # words of OPTIONAL_RESULTS
+    keep: tuple[str, ...] | None = None     # topics to copy, () = all, None = none
+    files: tuple[str, ...] = ()             # suffixes of disparity files
     video: str | None = None
-    video_rate: float | None = None
+    video_rate: float | None = None         # frames per second
     overwrite: bool = False
     resume: bool = False
-    left: str | None = None
+    left: str | None = None     # topics of images
     right: str | None = None
-    start: float | None = None
+    start: float | None = None  # s
     duration: float | None = None
-    every: int = 1
-    workers: int | None = None
-    scheduler: str | None = None
+    every: int = 1              # match only each N-th pair
+    workers: int | None = None  # processes
+    scheduler: str | None = None            # address
     cameras: CameraOptions = CameraOptions()
-    rate: float | None = None
+    rate: float | None = None   # of Frames, per second; None = as they are stamped
 
     def __post_init__(self):
         self._check_outputs()
@@ -131,12 +125,11 @@ class ReplayOptions:
                 raise ValueError('--resume continues a bag or --files; there is neither')
         elif self.output is None:
             raise ValueError('--output is missing; give a new folder for the results')
-        if not self.writes_bag and self.keep is not None:
-            raise ValueError(f'--keep copies topics into a bag, but --format {NO_BAG} writes '
-                             'none; leave one of the two out')
-        if not self.writes_bag and self.results:
-            raise ValueError(f'--with adds topics to a bag, but --format {NO_BAG} writes none; '
-                             'leave one of the two out')
+        for given, what in ((self.keep is not None, '--keep copies topics into a bag'),
+                            (self.results, '--with adds topics to a bag')):
+            if given and not self.writes_bag:
+                raise ValueError(f'{what}, but --format {NO_BAG} writes none; leave one of the '
+                                 'two out')
         lowest, count = self.scaled_config.min_disparity, self.scaled_config.disparities
         if 'png' in self.files and (lowest < 0 or lowest + count > 256):
             raise ValueError('--files png holds 0 to 255 px, but min_disparity and disparities go '

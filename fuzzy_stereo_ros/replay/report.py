@@ -45,11 +45,7 @@ class ProgressBar:
 
 
 def figures_of(stats, synchroniser, begin):
-    """
-    Return the counts of Stats and of a Synchroniser, for JSON.
-
-    begin: ns, when the first message of the bag was recorded.
-    """
+    """Return the counts of Stats and Synchroniser for JSON; begin: ns, of the first message."""
     seconds = max(stats.seconds, 1e-9)
     pairs, misalignment = stats.matched + stats.rematched, stats.misalignment
     ended = 'interrupted' if stats.interrupted else 'finished'
@@ -110,11 +106,7 @@ def sentences(figures, approximate):
 
 
 def no_pair_sentence(name, stats, synchroniser, approximate):
-    """
-    Return a sentence: why no pair of a bag was matched, and what to do.
-
-    name: of the bag. approximate: whether stamps may differ.
-    """
+    """Return why no pair of a bag was matched and what to do; approximate: are stamps."""
     rejected = sum(stats.rejected.values())
     if rejected:
         return (f"{name}: none of {number_of(rejected, 'pair')} could be matched; the first: "

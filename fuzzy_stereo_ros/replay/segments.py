@@ -8,7 +8,7 @@ die, or on interruptions. If a worker dies, Dask gives its segment to another on
 keeps a segment until its result has arrived.
 """
 from collections import deque
-from contextlib import contextmanager, ExitStack
+from contextlib import contextmanager, ExitStack, suppress
 from dataclasses import replace
 from functools import lru_cache
 import logging
@@ -66,15 +66,10 @@ class Segment(NamedTuple):
 
 
 class SegmentResult(NamedTuple):
-    """
-    The results of a segment.
+    """The results of a segment."""
 
-    warming: of the pairs that warmed up: (number of matches, how many of them started from the
-    previous pair, milliseconds of matching). outcomes: the Match or Rejection of each other pair.
-    """
-
-    warming: tuple
-    outcomes: list
+    warming: tuple      # of the pairs that warmed up: matches, of these warm ones, milliseconds
+    outcomes: list      # the Match or Rejection of each other pair
 
 
 def cut_into_segments(items):
@@ -83,7 +78,7 @@ def cut_into_segments(items):
 
     The WARM_PAIRS Items before it warm up. A DamagedBag is raised after the last Segment.
     """
-    before, own, place = [], [], None
+    before, own, place, damage = [], [], None, None
     try:
         for item in items:
             if item.number is not None:
@@ -95,20 +90,20 @@ def cut_into_segments(items):
                               if one.number is not None and one.number >= first]
                     own = []
             own.append(item)
-    except DamagedBag:
-        if own:
-            yield Segment(before, own)
-        raise
+    except DamagedBag as error:
+        damage = error
     if own:
         yield Segment(before, own)
+    if damage is not None:
+        raise damage
 
 
 def match_in_segments(items, cluster, stats, stopped):
     """
     Yield each Item with its Match, its Rejection, or None, matched by a Cluster.
 
-    stats: Stats, in which segments, workers and warm-up are counted. stopped(): returns whether to
-    end early. Raises DamagedBag, and ClusterError if no worker can match.
+    stats: counts segments, workers and warm-up. stopped(): whether to end early. Raises
+    DamagedBag, and ClusterError if no worker can match.
     """
     waiting, damage = deque(), None
     try:
@@ -148,7 +143,7 @@ class Cluster:
     """
     The workers of a Dask scheduler, which match segments; they may join, leave and die.
 
-    name: of the scheduler, for sentences. workers: their number at the last count, at least 1.
+    workers: their number at the last count, at least 1.
     """
 
     def __init__(self, client, name, config):
@@ -175,12 +170,11 @@ class Cluster:
 
         try:
             while True:
-                try:
+                with suppress(distributed.TimeoutError):
                     return future.result(POLL_SECONDS)
-                except distributed.TimeoutError:
-                    if stopped():
-                        return None
-                    self._count_workers()
+                if stopped():
+                    return None
+                self._count_workers()
         except ClusterError:
             raise
         except KilledWorker as error:
@@ -204,10 +198,10 @@ class Cluster:
 @contextmanager
 def opened_cluster(options, log):
     """
-    Yield the Cluster of ReplayOptions.
+    Yield the Cluster of ReplayOptions; log(sentence): warns where versions may change bits.
 
-    log(sentence): warns of workers whose versions may change bits. Raises ValueError if Dask is
-    not installed, ClusterError if there is no worker or one has another version of this package.
+    Raises ValueError if Dask is not installed, ClusterError if there is no worker or one has
+    another version of this package.
     """
     opened = ExitStack()
     try:
@@ -307,8 +301,7 @@ def match_segment(config, pairs, warming):
     """
     Return the SegmentResult of pairs, independent of everything matched before.
 
-    config: MatcherConfig. pairs: [(StereoPair, whether the matcher is reset first)]. warming: the
-    number of pairs at the beginning that only warm up.
+    pairs, warming: of `Segment.pairs`.
     """
     with _one_at_a_time:
         matcher, outcomes = _warm_matcher(config), []

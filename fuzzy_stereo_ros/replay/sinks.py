@@ -41,10 +41,9 @@ class Outputs:
 
     def __init__(self, options, source, copies):
         """
-        Check the folder of ReplayOptions and open the video; creates no other output yet.
+        Check the folder and open the video, no other output yet; ValueError if one cannot be.
 
-        source: ReplaySource. copies: CopiedMessages or None.
-        Raises ValueError if the folder cannot be used, and as `opened_video`.
+        copies: CopiedMessages or None.
         """
         self.config, self.sinks, self.bag_sink = options.scaled_config, None, None
         self.path = None if options.output is None else Path(options.output)
@@ -99,7 +98,7 @@ class Outputs:
         """
         Return the positions of the last few Items in the outputs to be continued, in order.
 
-        They are read from the bag, or else from PROGRESS. Raises ValueError if it is damaged.
+        Of the bag, or else of PROGRESS; ValueError if it is damaged.
         """
         if not self.continued:
             return ()
@@ -186,10 +185,9 @@ def _read_progress(path):
 
 def opened_video(options, source):
     """
-    Return the sink of --video in a list, [] without; the file is created with the first pair.
+    Return the sink of --video in a list, [] without; ValueError if it cannot be written.
 
-    options: ReplayOptions. source: the ReplaySource, whose stamps give the rate of a video.
-    Raises ValueError if the file cannot be written.
+    The file is created with the first pair. source: its stamps give the rate of the video.
     """
     if options.video is None:
         return []
@@ -251,11 +249,7 @@ class FileSink:
     """Writes a disparity file for each pair, STAMP in ns or STAMP_1, and calibration.json."""
 
     def __init__(self, folder, suffix):
-        """
-        Create the folder `disparity` in an existing folder.
-
-        suffix: 'npy', 'pfm' or 'png', a format of pairs/disparity_files.py.
-        """
+        """Create the subfolder of disparities; suffix: 'npy', 'pfm' or 'png'."""
         self._folder, self._suffix, self._calibration = folder, suffix, None
         self._place = folder / DISPARITY
         self._place.mkdir(exist_ok=True)

@@ -41,23 +41,15 @@ class Rejection(NamedTuple):
 
 
 class Item(NamedTuple):
-    """
-    A pair of a bag, or a damaged message.
+    """A pair of a bag, or a damaged message, which has no stamp and no number."""
 
-    log_time: ns, when the last of its messages was recorded. stamp: ns, of the pair; None for a
-    damaged message. number: of the selected pairs, from 0; None likewise. pair: the StereoPair,
-    or the Rejection of a pair or message that cannot be read. went_back: the stamp is smaller
-    than the one of an earlier pair. repeated: how many earlier pairs have this stamp. written: the
-    replay that is resumed wrote the pair already; it only warms up.
-    """
-
-    log_time: int
-    stamp: int | None = None
-    number: int | None = None
+    log_time: int               # ns, when the last of its messages was recorded
+    stamp: int | None = None    # ns
+    number: int | None = None   # of the selected pairs, from 0
     pair: StereoPair | Rejection | None = None
-    went_back: bool = False
-    repeated: int = 0
-    written: bool = False
+    went_back: bool = False     # the stamp is smaller than the one of an earlier pair
+    repeated: int = 0           # how many earlier pairs have this stamp
+    written: bool = False       # by the replay that is resumed; the pair only warms up
 
     @property
     def position(self):
@@ -75,12 +67,7 @@ class ReplaySource:
     """
 
     def __init__(self, options, bags):
-        """
-        Choose topics, calibration and time; reads at most one image, for its size.
-
-        options: ReplayOptions. bags: BagReader. Raises ValueError if the bags have no such
-        cameras, no calibration, or not this time.
-        """
+        """Choose topics, calibration and time, by at most one image; ValueError without them."""
         self._options, self._bags, settings = options, bags, options.settings
         left, right = (name and slashed(name) for name in (options.left, options.right))
         self.topics = find_stereo_topics(bags.names, bags.topics, left, right,
@@ -187,10 +174,9 @@ def rejection_of(error):
 
 def _calibration(options, bags, topics):
     """
-    Return the CameraInfo of all pairs, (left, right), and their origin in words.
+    Return the CameraInfo of all pairs, (left, right), and their origin in words; ValueError.
 
-    None instead of the two if each pair has its own messages. topics: StereoTopics of a BagReader.
-    Raises ValueError if there is no calibration, or not the one that the options need.
+    None instead of the two if each pair has its own messages.
     """
     missing = [image for image, info in (topics[:2], topics[2:]) if info is None]
     if not missing and not options.cameras.given:

@@ -40,26 +40,16 @@ class SceneOptions(NamedTuple):
 
 
 class ScenePair(NamedTuple):
-    """
-    A synthetic pair with its ground truth.
+    """A synthetic pair with its ground truth."""
 
-    left, right: uint8 or uint16 (R, C), or (R, C, 3) BGR.
-    truth: float32 (R, C), pixels, of the left image, valid everywhere.
-    visible: bool (R, C), true where the right image shows the same point.
-    """
-
-    left: np.ndarray
+    left: np.ndarray        # uint8 or uint16 (R, C), or (R, C, 3) BGR
     right: np.ndarray
-    truth: np.ndarray
-    visible: np.ndarray
+    truth: np.ndarray       # float32 (R, C), px, of the left image, valid everywhere
+    visible: np.ndarray     # bool (R, C), where the right image shows the same point
 
 
 def make_pair(rows, columns, disparities, seed=0, **options):
-    """
-    Return one `ScenePair`; the options are those of `make_sequence`.
-
-    Raises ValueError for a size or a number of disparities that is not allowed.
-    """
+    """Return one `ScenePair`; options and errors: `make_sequence`."""
     return next(make_sequence(rows, columns, disparities, 1, seed, **options))
 
 
@@ -68,11 +58,8 @@ def make_sequence(rows, columns, disparities, frames, seed=0, **options):
     Return an iterator over `frames` pairs of one scene; the same arguments give the same bits.
 
     options: fields of `SceneOptions`. The true disparities lie between min_disparity and
-    min_disparity + disparities - 1. With pan the scene moves to the left. With drive the cameras
-    move through a street, and sway. bits: 8 gives uint8; 9 to 16 give uint16 that uses the low
-    bits.
-
-    Raises ValueError for a size, a count or a number of bits that is not allowed.
+    min_disparity + disparities - 1. With pan the scene moves to the left. Raises
+    ValueError for a size, a count or a number of bits that is not allowed.
     """
     options = SceneOptions(**options)
     if rows < 1 or columns < 1 or frames < 1:

@@ -123,10 +123,9 @@ def street(rig, disparities, frames, seed, options):
 
 def look(rig, surfaces, frame, seen_from, x, y, by_left):
     """
-    Return the image and the disparity of a camera at x, y, float64 (R, C), px.
+    Return image, float32 (R, C, 3 or 1), and disparity, float64 (R, C), of a camera at x, y.
 
-    seen_from: the result of `pose`. image: float32 (R, C, 3 or 1), grey levels of 8 bits.
-    disparity: float64 (R, C), px, of the nearest surface.
+    x, y: float64 (R, C), px. seen_from: of `pose`.
     """
     turned, position = seen_from
     position = position if by_left else position + turned.T @ (rig.baseline, 0.0, 0.0)

@@ -31,18 +31,13 @@ class Surface(NamedTuple):
 
 
 class World(NamedTuple):
-    """
-    The values that all surfaces of a scene share.
-
-    span: first and last x in pixels that the left image shows in any frame. options:
-    `SceneOptions`.
-    """
+    """The values that all surfaces of a scene share."""
 
     rows: int
     columns: int
     disparities: int
-    span: tuple
-    options: tuple
+    span: tuple         # first and last x, px, that the left image shows in any frame
+    options: tuple      # SceneOptions
 
 
 def surfaces_of(world, seed):

@@ -22,10 +22,11 @@ def stamps_of(sets):
 
 
 def check_every_message_is_accounted_for(synchroniser):
-    for topic in synchroniser.topics:
-        assert synchroniser.received[topic] == (
-            synchroniser.matched + synchroniser.unmatched[topic] + synchroniser.waiting(topic))
-        assert synchroniser.waiting(topic) <= 5
+    for most_that_wait in (5, 0):
+        for topic in synchroniser.topics:
+            assert 0 <= synchroniser.received[topic] - (
+                synchroniser.matched + synchroniser.unmatched[topic]) <= most_that_wait
+        synchroniser.clear()
 
 
 @st.composite
@@ -54,7 +55,6 @@ def test_a_set_comes_out_with_its_last_message_in_the_order_of_topics():
 def test_queues_are_bounded_and_the_oldest_is_let_go():
     synchroniser = Synchroniser(TOPICS, queue_size=2)
     play(synchroniser, [('left', stamp) for stamp in range(1000)])
-    assert synchroniser.waiting('left') == 2
     assert synchroniser.unmatched['left'] == 998
     others = [(topic, stamp) for stamp in (997, 998, 999) for topic in TOPICS[1:]]
     assert stamps_of(play(synchroniser, others)) == [998, 999]
