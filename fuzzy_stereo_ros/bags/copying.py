@@ -20,11 +20,7 @@ class Copying(NamedTuple):
 
 
 class CopiedMessages:
-    """
-    The messages of a BagReader to be copied; it must not be read by others.
-
-    topics: list of their names.
-    """
+    """The messages of topics, a list, to be copied; nobody else must read the BagReader."""
 
     def __init__(self, bags, names=(), results=(), start=None, stop=None):
         """

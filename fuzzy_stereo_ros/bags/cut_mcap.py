@@ -42,11 +42,7 @@ class _Chunk:
 
 
 def indexed_mcap(path, stop):
-    """
-    Return head, stop and tail of an .mcap (Path), as IndexedPath takes them.
-
-    stop: size of what was written. Raises ValueError if it does not begin as an .mcap.
-    """
+    """Return head, stop and tail of an .mcap for IndexedPath; stop: bytes written; ValueError."""
     described, chunks = {SCHEMA: {}, CHANNEL: {}}, []
     with open(path, 'rb') as file:
         if file.read(len(MAGIC)) != MAGIC:

@@ -33,11 +33,7 @@ class Recovered(NamedTuple):
 
 
 def recovered(path):
-    """
-    Return the Recovered of a file (Path) of a bag, by its suffix.
-
-    Raises ValueError, OSError, or an error of sqlite3 if nothing of it can be read.
-    """
+    """Return the Recovered of a file (Path) of a bag by its suffix; any error if there is none."""
     if path.suffix == '.db3':
         return _indexed_database(path)
     stop = _written(path)

@@ -46,11 +46,7 @@ class _Chunk:
 
 
 def indexed_ros1(path, size):
-    """
-    Return head, stop and tail of a .bag (Path), as IndexedPath takes them.
-
-    size: of what was written. Raises ValueError if it does not begin as a .bag.
-    """
+    """Return head, stop and tail of a .bag for IndexedPath; size: bytes written; ValueError."""
     connections, chunks = {}, []
     with open(path, 'rb') as file:
         records = _records(file, len(MAGIC), size)

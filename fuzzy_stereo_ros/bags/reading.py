@@ -77,11 +77,10 @@ class BagReader:
 
     def __init__(self, paths):
         """
-        Open the bags: .bag, .mcap or .db3 files, or folders with metadata.yaml.
+        Open .bag, .mcap or .db3 files, or folders; ValueError for what is missing or no bag.
 
         Of a file that was cut off, as by a power failure, what is complete is read; so is a folder
         without metadata.yaml that has such files.
-        Raises ValueError with a sentence for a path that is missing, no bag, or damaged.
         """
         self.paths = tuple(map(Path, paths))
         self.names = ', '.join(map(str, self.paths))
@@ -129,21 +128,16 @@ class BagReader:
 
     def messages(self, topics, start=None, stop=None):
         """
-        Yield each BagMessage of some topics, in the order of logging.
+        Yield each BagMessage of some topics, in the order of logging; DamagedBag.
 
         start, stop: ns; messages logged at start or later, and before stop.
-        Raises DamagedBag when a bag cannot be read any further.
         """
         return heapq.merge(
             *(_messages(file, topics, start, stop) for file in self._files),
             key=lambda message: message.log_time)
 
     def newest(self, topic, stop, count=1):
-        """
-        Return the last BagMessages of a topic logged before stop, ns, in order: a tuple.
-
-        count: at most so many. Raises DamagedBag as `messages`.
-        """
+        """Return the tuple of the last BagMessages of a topic before stop, ns, at most count."""
         span = FIRST_SPAN
         while True:
             found = deque(self.messages([topic], stop - span, stop), count)
@@ -153,11 +147,7 @@ class BagReader:
 
 
 def read_stamped(message):
-    """
-    Return the stamp, ns, and the deserialised message of a BagMessage with a header.
-
-    Raises BadPair if its bytes are no such message.
-    """
+    """Return the stamp, ns, and the message with a header of a BagMessage; BadPair if none."""
     kind = message.connection.msgtype
     try:
         content = message.reader.deserialize(message.content, kind)
@@ -187,8 +177,7 @@ def _opened(path, losses):
     """
     Return the _OpenFiles of a bag: one, or those in a folder whose recording was cut off.
 
-    losses: gets a sentence for each file in a folder of which nothing can be read.
-    Raises ValueError with a sentence if the bag cannot be opened.
+    losses: gets a sentence for each file in a folder of which nothing can be read. ValueError.
     """
     if not path.exists():
         raise ValueError(f'{path} does not exist; give a bag: {BAGS}')

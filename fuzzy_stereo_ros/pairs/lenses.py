@@ -20,9 +20,8 @@ def model_of(names, shape=None):
     """
     Return the distortion_model of ROS for what a program calls a camera and its lens.
 
-    names: texts; None and '' are not given. shape: of D, where its file tells it. Unknown names,
-    or those of two models, are returned as they are: `coefficients_of` rejects them.
-    Raises BadPair where no name tells which of two models 4 x 1 coefficients are of.
+    names: texts, None or ''. shape: of D, where its file tells it; BadPair where 4 x 1 may be of
+    two models. Names unknown or of two models are returned: `coefficients_of` rejects them.
     """
     found = {NAMES.get(re.sub('[^a-z0-9]', '', str(name).lower()), str(name))
              for name in names if name} - {''}

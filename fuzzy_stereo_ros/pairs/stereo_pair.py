@@ -52,9 +52,8 @@ class Projection(NamedTuple):
         """
         Return the points of all pixels in the optical frame: x right, y down, z forward, metres.
 
-        depth: float32 (R, C), metres; the point is NaN where it is NaN or infinite.
-        out: float32 (R, C, 3 or more) whose first three values of each pixel are written, or None
-        for a new array (R, C, 3).
+        depth: float32 (R, C), m; where NaN or infinite the point is NaN. out: float32 (R, C, 3 or
+        more) to be written, None = a new (R, C, 3).
         """
         rows, columns = depth.shape
         out = np.empty((rows, columns, 3), np.float32) if out is None else out

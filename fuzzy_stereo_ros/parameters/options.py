@@ -105,8 +105,7 @@ def matcher_config(arguments, saved=None):
     """
     Return the MatcherConfig of parsed options; ValueError if it is not allowed.
 
-    saved: MatcherConfig that they change, None = the profile's. With another profile its range of
-    disparities is kept.
+    saved: MatcherConfig to change, None = the profile's. A new profile keeps its disparities.
     """
     changes = matcher_changes(arguments)
     if saved is None:

@@ -17,11 +17,7 @@ class ProgressBar:
     """A progress bar and log lines on one stream; a context manager."""
 
     def __init__(self, total, stream=None, always=False):
-        """
-        Start the bar if the stream is a terminal, or always.
-
-        total: estimated number of pairs. stream: of text, None = standard error.
-        """
+        """Start the bar if the stream, None = standard error, is a terminal, or always."""
         self._stream, self._logged = stream or sys.stderr, set()
         self._bar = bar(self._stream, always, total=total, unit=' pairs',
                         desc='loading the kernels')

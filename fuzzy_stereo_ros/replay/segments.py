@@ -73,11 +73,7 @@ class SegmentResult(NamedTuple):
 
 
 def cut_into_segments(items):
-    """
-    Yield the Segments of Items; each begins at a multiple of SEGMENT_PAIRS.
-
-    The WARM_PAIRS Items before it warm up. A DamagedBag is raised after the last Segment.
-    """
+    """Yield the Segments of Items, with WARM_PAIRS Items before each; a DamagedBag comes last."""
     before, own, place, damage = [], [], None, None
     try:
         for item in items:

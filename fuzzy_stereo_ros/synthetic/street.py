@@ -62,10 +62,9 @@ def rig_of(rows, columns, disparities, focal, baseline):
 
 def pose(rig, frame, drive, pan):
     """
-    Return the pose of the left camera in a frame: rotation (3, 3) and position (3,).
+    Return rotation (3, 3) and position (3,) of the left camera in a frame.
 
-    X_camera = rotation @ (X - position). drive: metres ahead in each frame. pan: px, largest
-    rotation to the right in a frame.
+    X_camera = rotation @ (X - position). drive: m ahead in each frame. pan: px, largest turn.
     """
     swings = np.sin(2 * np.pi * frame / np.array(PERIOD))
     yaw = pan / rig.focal * PERIOD[0] / (2 * np.pi) * swings[0]
@@ -83,8 +82,8 @@ def street(rig, disparities, frames, seed, options):
     """
     Return the list of Planes of a street that is as long as the drive.
 
-    options: `SceneOptions`; objects stand upright beside the lane, motion is their largest speed
-    in px per frame as seen in the first frame.
+    Objects stand upright beside the lane; motion is their largest speed, px per frame, as seen in
+    the first frame.
     """
     random = np.random.default_rng([seed, 4])
     nearest = 2 * rig.focal * rig.height / rig.rows     # m, distance of the nearest visible road
