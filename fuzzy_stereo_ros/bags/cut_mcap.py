@@ -42,7 +42,7 @@ class _Chunk:
 
 
 def indexed_mcap(path, stop):
-    """Return head, stop and tail of an .mcap for IndexedPath; stop: bytes written; ValueError."""
+    """Return head, stop and tail for IndexedPath; ValueError if it does not begin as an .mcap."""
     described, chunks = {SCHEMA: {}, CHANNEL: {}}, []
     with open(path, 'rb') as file:
         if file.read(len(MAGIC)) != MAGIC:

@@ -46,7 +46,7 @@ class _Chunk:
 
 
 def indexed_ros1(path, size):
-    """Return head, stop and tail of a .bag for IndexedPath; size: bytes written; ValueError."""
+    """Return head, stop and tail for IndexedPath; ValueError if it does not begin as a .bag."""
     connections, chunks = {}, []
     with open(path, 'rb') as file:
         records = _records(file, len(MAGIC), size)

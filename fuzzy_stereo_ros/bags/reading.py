@@ -128,7 +128,7 @@ class BagReader:
 
     def messages(self, topics, start=None, stop=None):
         """
-        Yield each BagMessage of some topics, in the order of logging; DamagedBag.
+        Yield each BagMessage of some topics, in the order of logging, or raise DamagedBag.
 
         start, stop: ns; messages logged at start or later, and before stop.
         """
@@ -137,7 +137,7 @@ class BagReader:
             key=lambda message: message.log_time)
 
     def newest(self, topic, stop, count=1):
-        """Return the tuple of the last BagMessages of a topic before stop, ns, at most count."""
+        """Return a tuple of the last BagMessages of a topic before stop, ns, at most `count`."""
         span = FIRST_SPAN
         while True:
             found = deque(self.messages([topic], stop - span, stop), count)
@@ -177,7 +177,8 @@ def _opened(path, losses):
     """
     Return the _OpenFiles of a bag: one, or those in a folder whose recording was cut off.
 
-    losses: gets a sentence for each file in a folder of which nothing can be read. ValueError.
+    losses: gets a sentence for each file in a folder of which nothing can be read.
+    Raises ValueError with a sentence if the bag cannot be opened.
     """
     if not path.exists():
         raise ValueError(f'{path} does not exist; give a bag: {BAGS}')

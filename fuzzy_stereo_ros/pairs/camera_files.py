@@ -105,7 +105,7 @@ def write_middlebury_calibration(path, calibration, shape, min_disparity, dispar
 
 def read_yaml(text):
     """
-    Return the plain data of a YAML text, str or bytes; ValueError with one line.
+    Return the plain data of a YAML text, str or bytes; ValueError, in one line, if it is none.
 
     Each nested alias can double the data, so that more than `MOST_ALIASES` are rejected.
     """

@@ -63,7 +63,7 @@ def read_pair(left_path, right_path):
 
 
 def write_image(path, image):
-    """Write an image, (R, C) or (R, C, 3) BGR, by the path's suffix; ValueError, or OSError."""
+    """Write an image, (R, C) or (R, C, 3) BGR, by the path's suffix, as `write_whole`."""
     check_image_suffix(path)
     written, content = cv2.imencode(Path(path).suffix, image)
     if not written:

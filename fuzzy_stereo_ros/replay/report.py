@@ -102,7 +102,7 @@ def sentences(figures, approximate):
 
 
 def no_pair_sentence(name, stats, synchroniser, approximate):
-    """Return why no pair of a bag was matched and what to do; approximate: are stamps."""
+    """Return why no pair of a bag was matched, and what to do; approximate: see `sentences`."""
     rejected = sum(stats.rejected.values())
     if rejected:
         return (f"{name}: none of {number_of(rejected, 'pair')} could be matched; the first: "
