@@ -33,7 +33,7 @@ class Recovered(NamedTuple):
 
 
 def recovered(path):
-    """Return the Recovered of a file (Path) of a bag by its suffix; any error if there is nothing."""
+    """Return the Recovered of a file (Path) of a bag by suffix; any error if there is nothing."""
     if path.suffix == '.db3':
         return _indexed_database(path)
     stop = _written(path)
