@@ -13,7 +13,7 @@ from bench.datasets import data_folder
 from bench.draws import Drawn, DRAWS, QUICK_DRAWS
 from bench.page import check_page, write_section
 from bench.request import Request
-from fuzzy_stereo_ros.commands.parts import for_json
+from fuzzy_stereo_ros.commands.shared_options import for_json
 from fuzzy_stereo_ros.evaluation.matchers import matcher_named, OURS
 from fuzzy_stereo_ros.evaluation.report import markdown
 from fuzzy_stereo_ros.parameters.options import add_matcher_options, matcher_changes
@@ -26,7 +26,7 @@ ALL = 'all'
 REPEATS, QUICK_REPEATS = 60, 2
 DECIDED = ('disparities', 'min_disparity', 'reference', 'fill', 'threads', 'warm_start')
 
-LEFT_BEHIND = 'the page has the sections of finished benchmarks, the others are as before'
+ON_INTERRUPT = 'the page has the sections of finished benchmarks, the others are as before'
 DESCRIPTION = '\n'.join((
     'Measure the matcher side by side with OpenCV, and print tables as Markdown.\n',
     *(f'  {name:<11}{suite.__doc__.strip().splitlines()[0]}' for name, suite in SUITES.items()),
@@ -70,7 +70,7 @@ def _parser():
                              'CSV files of this folder')
     parser.add_argument('--json', action='store_true', help='print JSON instead of Markdown')
     add_matcher_options(parser, left_out=DECIDED)
-    parser.set_defaults(run=run, left_behind=LEFT_BEHIND)
+    parser.set_defaults(run=run, on_interrupt=ON_INTERRUPT)
     return parser
 
 

@@ -129,7 +129,7 @@ def run_cleanly(parser, argv):
     Parse the arguments, call their `run`, and return the exit code.
 
     A ValueError or OSError means bad input; its text is printed as one sentence. After an
-    interruption `left_behind` of the arguments, where they have it, says what is left.
+    interruption `on_interrupt` of the arguments, where they have it, says what is left.
     """
     arguments = None
     try:
@@ -149,10 +149,10 @@ def run_cleanly(parser, argv):
         print(f'{parser.prog}: {_sentence(error)}', file=sys.stderr)
         return BAD_INPUT
     except KeyboardInterrupt:
-        left_behind = getattr(arguments, 'left_behind', '')
-        if left_behind:
+        on_interrupt = getattr(arguments, 'on_interrupt', '')
+        if on_interrupt:
             begin = '\n' if sys.stderr.isatty() else ''     # a bar may stand there
-            print(f'{begin}{parser.prog}: interrupted; {left_behind}', file=sys.stderr)
+            print(f'{begin}{parser.prog}: interrupted; {on_interrupt}', file=sys.stderr)
         return INTERRUPTED
 
 

@@ -14,7 +14,7 @@ import re
 import time
 
 from fuzzy_stereo_ros.commands.evaluate import libraries_needed
-from fuzzy_stereo_ros.commands.parts import for_json, UNTOUCHED
+from fuzzy_stereo_ros.commands.shared_options import for_json, UNTOUCHED
 from fuzzy_stereo_ros.evaluation.baselines import opencv_threads, TUNED
 from fuzzy_stereo_ros.evaluation.ground_truth import MIDDLEBURY
 from fuzzy_stereo_ros.matching import StereoMatcher
@@ -32,7 +32,7 @@ FIGURES = ('latency, median [ms]', '95th percentile [ms]', 'processor time [ms]'
 STATUS = Path('/proc/self/status')
 RESET = Path('/proc/self/clear_refs')
 
-LEFT_BEHIND = UNTOUCHED
+ON_INTERRUPT = UNTOUCHED
 HELP = 'measure latency and memory on this machine'
 DESCRIPTION = (
     'Measure on this machine, for a size of images: the latency of a pair, its processor time,\n'

@@ -58,7 +58,7 @@ def _parser():
         command.add_arguments(added)
         work = partial(command.run, stream=sys.stdout)
         added.set_defaults(run=work if name in WITHOUT_KERNELS else partial(_with_remarks, work),
-                           left_behind=command.LEFT_BEHIND)
+                           on_interrupt=command.ON_INTERRUPT)
     return parser
 
 

@@ -4,7 +4,7 @@
 import json
 from pathlib import Path
 
-from fuzzy_stereo_ros.commands.parts import UNTOUCHED
+from fuzzy_stereo_ros.commands.shared_options import UNTOUCHED
 from fuzzy_stereo_ros.pairs.calibration import disparity_of, points_reach
 from fuzzy_stereo_ros.pairs.disparity_files import (
     check_map_suffix, POINT_SUFFIX, read_depth, read_disparity, write_depth, write_disparity,
@@ -19,7 +19,7 @@ DISPARITY, DEPTH, POINTS = 'disparity', 'depth', 'points'
 LIMIT = 'points_max_depth',
 READ = {DISPARITY: read_disparity, DEPTH: read_depth}
 
-LEFT_BEHIND = UNTOUCHED
+ON_INTERRUPT = UNTOUCHED
 HELP = 'convert disparities and depth, also to point clouds'
 DESCRIPTION = (
     'Convert a file of disparities or depth into another format, into the other quantity, or\n'
@@ -84,8 +84,8 @@ def run(arguments, stream):
                              f'{width_by_height(values)} pixels')
         farthest = calibration.points_limit(settings['points_max_depth'])
         remarks += tuple(filter(None, [points_reach(farthest)]))
-        write_point_file(arguments.output, values, calibration.left, image, farthest)
         values[values > farthest] = np.nan
+        write_point_file(arguments.output, values, calibration.left, image)
     else:
         {DISPARITY: write_disparity, DEPTH: write_depth}[target](arguments.output, values)
         values = READ[target](arguments.output)     # a format may be less precise

@@ -8,7 +8,7 @@ import json
 from pathlib import Path
 import sys
 
-from fuzzy_stereo_ros.commands.parts import checked_outputs, for_json, UNTOUCHED
+from fuzzy_stereo_ros.commands.shared_options import checked_outputs, for_json, UNTOUCHED
 from fuzzy_stereo_ros.evaluation.baselines import opencv_threads
 from fuzzy_stereo_ros.evaluation.catalogue import search
 from fuzzy_stereo_ros.evaluation.matchers import matcher_named, ResultFiles, USUAL
@@ -28,7 +28,7 @@ DECIDED = ('disparities', 'min_disparity', 'reference', 'fill', 'warm_start', 't
 REPORT_SUFFIXES = {'markdown': '.md', 'csv': '.csv', 'json': '.json', 'html': '.html'}
 STDOUT = '-'
 
-LEFT_BEHIND = UNTOUCHED
+ON_INTERRUPT = UNTOUCHED
 HELP = 'measure matchers on scenes with ground truth, or on own pairs'
 DESCRIPTION = (
     'Measure matchers side by side on scenes with ground truth, and print tables as Markdown.\n\n'

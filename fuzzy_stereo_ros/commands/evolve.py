@@ -7,7 +7,7 @@ import json
 from pathlib import Path
 import sys
 
-from fuzzy_stereo_ros.commands.parts import (
+from fuzzy_stereo_ros.commands.shared_options import (
     add_truth_options, checked_outputs, for_json, truth_and_mask)
 from fuzzy_stereo_ros.evaluation.scores import score
 from fuzzy_stereo_ros.matching import StereoMatcher
@@ -20,7 +20,7 @@ from fuzzy_stereo_ros.views.evolution_record import observe_frames, observed_mat
 from fuzzy_stereo_ros.views.pictures import check_panel_suffix, write_figure
 from fuzzy_stereo_ros.views.video import check_video
 
-LEFT_BEHIND = 'no file is half written; a video ends with the last generation or frame'
+ON_INTERRUPT = 'no file is half written; a video ends with the last generation or frame'
 HELP = 'show how disparities evolve'
 DESCRIPTION = (
     'Match a rectified pair and show the population, generation by generation: the best\n'
@@ -79,7 +79,7 @@ def run(arguments, stream, progress_stream=None):
         frame.read() for frame in pairs[0])
     truth, mask = _truth_and_mask(arguments, left.shape[:2])
     StereoMatcher(config).warm_up(*left.shape[:2])
-    record, match = Record(config, truth, mask, len(pairs or ())), None
+    record, match = Record(config, truth, mask, len(pairs or ()), arguments.profile), None
     film = EvolutionFilm(outputs['video'], record) if 'video' in outputs else None
     try:
         with bar(progress_stream or sys.stderr, total=record.count + (pairs is None),

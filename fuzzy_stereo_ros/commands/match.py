@@ -7,7 +7,7 @@ import json
 from pathlib import Path
 import time
 
-from fuzzy_stereo_ros.commands.parts import (
+from fuzzy_stereo_ros.commands.shared_options import (
     add_truth_options, checked_outputs, for_json, truth_and_mask, UNTOUCHED)
 from fuzzy_stereo_ros.evaluation.scores import score
 from fuzzy_stereo_ros.matching import StereoMatcher
@@ -29,7 +29,7 @@ from fuzzy_stereo_ros.saved_pair import comparison, read_saved_pair, sentence
 from fuzzy_stereo_ros.views.video import disparity_picture
 import numpy as np
 
-LEFT_BEHIND = UNTOUCHED
+ON_INTERRUPT = UNTOUCHED
 HELP = 'match two images'
 DESCRIPTION = ('Match a rectified pair of images. The disparities are of the image that\n'
                '--reference names; rejected pixels are invalid (see --fill).\n'

@@ -29,7 +29,7 @@ from fuzzy_stereo_ros.views.video import CODECS
 
 MAP_SUFFIXES = 'npy', 'pfm', 'png'
 
-LEFT_BEHIND = ''     # said with what was matched
+ON_INTERRUPT = ''     # said with what was matched
 HELP = 'match the pairs of a bag, of folders of images, or of a video'
 DESCRIPTION = (
     'Match every pair of a recording as the node does. Write a bag of disparities with a\n'

@@ -23,7 +23,7 @@ DARK, BRIGHT = 8, 247       # of 255; beyond them a pixel says little
 MUCH = 10.0                 # percent of pixels
 NOISY = 2.0                 # grey levels
 
-LEFT_BEHIND = 'nothing is written'
+ON_INTERRUPT = 'nothing is written'
 HELP = 'look at a few pairs and print parameters with reasons'
 DESCRIPTION = (
     'Look at the first pairs of a recording, as replay reads it, and print a parameter file for\n'

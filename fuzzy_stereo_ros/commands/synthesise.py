@@ -22,7 +22,7 @@ import numpy as np
 FORMATS = 'images', 'bag'
 FILES = {'left', 'right', 'truth', 'visible', 'calib.txt', 'left.yaml', 'right.yaml'}
 
-LEFT_BEHIND = 'the folder is as before'
+ON_INTERRUPT = 'the folder is as before'
 HELP = 'make a synthetic stereo sequence with exact ground truth'
 DESCRIPTION = (
     'Make a synthetic stereo sequence with exact ground truth: slanted textured surfaces, thin\n'

@@ -7,7 +7,7 @@ from fuzzy_stereo_ros.matching import StereoMatcher, WARM_UP_SIZE
 from fuzzy_stereo_ros.matching.kernels.compiled import FOLDER
 from fuzzy_stereo_ros.parameters.options import add_matcher_options, matcher_config
 
-LEFT_BEHIND = 'the kernels compiled so far are kept'
+ON_INTERRUPT = 'the kernels compiled so far are kept'
 HELP = 'compile the kernels before they are needed'
 DESCRIPTION = (
     'Compile the kernels of a matcher with these parameters on all cores, and keep them for\n'

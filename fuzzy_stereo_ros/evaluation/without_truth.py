@@ -32,7 +32,7 @@ NOTE = ('*agree*: of the pixels with a disparity whose match in the right image 
 
 
 @dataclass
-class Own:
+class PairsWithoutTruth:
     """
     What was measured of pairs without truth.
 
@@ -48,7 +48,7 @@ class Own:
 
 
 def tables_of(measured):
-    """Return the Tables of {name: Own}: of the means, and, of more than one, of each."""
+    """Return Tables of {name: PairsWithoutTruth}: the means, and, of more than one, each."""
     means = {}
     for own in measured.values():
         for *who, figures in ((*row[:2], row[2:]) for row in own.rows):
@@ -64,7 +64,7 @@ def tables_of(measured):
 
 def measure_without_truth(pairs, matchers, disparities, repeats=1, name=''):
     """
-    Return the Own of matchers on pairs.
+    Return the PairsWithoutTruth of matchers on pairs.
 
     pairs: a function that returns an iterator over StereoPairs of one size. matchers, disparities,
     repeats: as for `measuring.measure`. name: of all pairs; they also have numbers, unless there
@@ -72,7 +72,7 @@ def measure_without_truth(pairs, matchers, disparities, repeats=1, name=''):
     """
     first = next(pairs())
     task, shown = Task(MIDDLEBURY, disparities, first.left.shape[:2], repeats), {}
-    found = Own(hints=list(first.calibration.remarks))
+    found = PairsWithoutTruth(hints=list(first.calibration.remarks))
     for matcher in matchers:
         for start in matcher.starts:
             figures, last, maps = _figures(pairs(), matcher, start, task)

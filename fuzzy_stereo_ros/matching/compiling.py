@@ -50,11 +50,12 @@ def on_all_cores(report=None):
 
     report(Progress): called in any thread, where something is compiled.
     """
+    before = compiled.compilers[:]
     compiled.compilers[:] = [cache(partial(compile_kernels, report=report))]
     try:
         yield
     finally:
-        compiled.compilers.clear()
+        compiled.compilers[:] = before
         compiled.before_first.clear()
 
 

@@ -4,6 +4,7 @@
 from collections import Counter, deque
 from dataclasses import fields
 import threading
+from typing import NamedTuple
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from fuzzy_stereo_ros.matching.row_offsets import (
@@ -29,6 +30,21 @@ LOSSES = {
                   'approximate_sync',
     'lost ': 'sent, but not received; see input_qos and config/fastdds.xml',
 }
+
+
+class State(NamedTuple):
+    """
+    What the node is doing.
+
+    loading: progress of the warm-up, '' once the kernels are warm. idle: why there are no
+    subscriptions, '' if there are. silence: s without a pair if that is too long, else 0.
+    preparing: whether changed parameters are being prepared.
+    """
+
+    loading: str = ''
+    idle: str = ''
+    silence: float = 0
+    preparing: bool = False
 
 
 class Diagnostics:
@@ -97,17 +113,16 @@ class Diagnostics:
         """Destroy the publisher."""
         self._node.destroy_publisher(self._publisher)
 
-    def publish(self, now, counts, values, loading, idle, silence, preparing=False, finding=None,
-                left_out=()):
+    def publish(self, now, counts, values, state, finding=None, left_out=()):
         """
         Publish the status at a time in s; return what is wrong with the rows, '' for nothing.
 
-        counts: {key: number} of `counts_of`. values: {key: text}, further ones.
-        loading, idle, silence, preparing: as for `status_of`. finding: why little can be matched,
-        None if nothing is suspicious. left_out: topics with subscribers that cannot be made.
+        counts: {key: number} of `counts_of`. values: {key: text}, further ones. finding: why
+        little can be matched, None if nothing is suspicious. left_out: topics with subscribers
+        that cannot be made.
         """
         rates = self.rates(now, counts)
-        level, sentence = status_of(loading, idle, silence, rates, preparing, self._rejection)
+        level, sentence = status_of(state, rates, self._rejection)
         doubtful, rows = self._rows(finding)
         calibration = self.calibration.remarks
         remarks = [
@@ -116,7 +131,8 @@ class Diagnostics:
             doubtful and (True, rows),
             left_out and (True, f"{', '.join(left_out)} cannot be made, though asked for: the "
                           'baseline is 0 m by the two camera_info')]
-        for warns, remark in filter(None, remarks if not idle and level in ('OK', 'WARN') else ()):
+        told = not state.idle and level in ('OK', 'WARN')
+        for warns, remark in filter(None, remarks if told else ()):
             level, sentence = 'WARN' if warns else level, f'{sentence}; {remark}'
         self.values = {**{key: str(count) for key, count in counts.items()},
                        'input rate': f"{rates['pairs synchronised']:.1f} pairs/s",
@@ -219,29 +235,26 @@ def counts_of(synchroniser, pairs, lost):
     return counts
 
 
-def status_of(loading, idle, silence, rates, preparing=False, rejection=''):
+def status_of(state, rates, rejection=''):
     """
-    Return the (level, sentence) to publish; level: 'OK', 'WARN', 'ERROR' or 'STALE'.
+    Return the (level, sentence) to publish of a State; level: 'OK', 'WARN', 'ERROR' or 'STALE'.
 
-    loading: progress of the warm-up, '' once the kernels are warm. idle: why there are no
-    subscriptions, '' if there are. silence: s without a pair if that is too long, else 0.
-    rates: {key: per second} of `counts_of`. preparing: whether changed parameters are being
-    prepared. rejection: why the newest rejected pair was.
+    rates: {key: per second} of `counts_of`. rejection: why the newest rejected pair was.
     """
-    if loading:
-        return 'STALE', loading
-    if idle:
-        return 'OK', idle
-    if silence:
-        return 'ERROR', f'no stereo pair for {silence:.0f} s'
+    if state.loading:
+        return 'STALE', state.loading
+    if state.idle:
+        return 'OK', state.idle
+    if state.silence:
+        return 'ERROR', f'no stereo pair for {state.silence:.0f} s'
     matched, rejected, dropped = (
         rates[f'pairs {how}'] for how in ('matched', 'rejected', 'dropped'))
     if rejected:
         return ('WARN' if matched else 'ERROR'), f'rejecting {rejected:.1f} pairs/s: {rejection}'
     if dropped > matched:
-        return 'OK' if preparing else 'WARN', (
+        return 'OK' if state.preparing else 'WARN', (
             f'matching {matched:.1f} pairs/s and dropping {dropped:.1f}'
-            + (' while changed parameters are being prepared' if preparing else
+            + (' while changed parameters are being prepared' if state.preparing else
                ': they come faster than they can be matched; see scale and disparity_range'))
     return 'OK', f'matching {matched:.1f} pairs/s'
 

@@ -11,7 +11,7 @@ import traceback
 from fuzzy_stereo_ros.matching.kernels.compiled import remarks
 from fuzzy_stereo_ros.matching.plausibility import CONFIRMED, PlausibilityCheck
 from fuzzy_stereo_ros.node.diagnostics import (
-    change_of, counts_of, Diagnostics, LOADING, LossReports)
+    change_of, counts_of, Diagnostics, LOADING, LossReports, State)
 from fuzzy_stereo_ros.node.parameters import NodeParameters
 from fuzzy_stereo_ros.node.publications import Publications
 from fuzzy_stereo_ros.node.run_node import (
@@ -261,8 +261,8 @@ class DisparityNode(Node):
         doubt = self._diagnostics.publish(
             now, counts, {'disparity_range in use': str(matcher.config.disparities),
                           'change of parameters': change},
-            '' if self._ready.is_set() else self._loading, idle,
-            silence, state == PREPARING, finding, self._outputs.left_out)
+            State('' if self._ready.is_set() else self._loading, idle, silence,
+                  state == PREPARING), finding, self._outputs.left_out)
         if doubt:
             self._log_once(doubt)
 

@@ -25,13 +25,13 @@ class SimulatedCameras(Node):
     """
     Publishes <side>/image_rect and <side>/camera_info of both sides, with equal stamps.
 
-    sent: list of the published stamps, ns.
+    sent: list of the published stamps, ns. frame_id: of all messages.
     """
 
-    exit_code = 0
+    exit_code, frame_id = 0, 'left_camera_optical_frame'
 
     def __init__(self, node_name, focal, baseline, offset=0.0, reliable=False, compressed=False,
-                 depth=10, frame_id='left_camera_optical_frame', **options):
+                 depth=10, **options):
         """
         Advertise the topics; publish nothing yet.
 
@@ -43,7 +43,6 @@ class SimulatedCameras(Node):
         super().__init__(node_name, **options)
         self.sent = []
         self._focal, self._baseline, self._offset = focal, baseline, offset
-        self._frame_id = frame_id
         self._message_of = compressed_message if compressed else image_message
         profile = QoSProfile(
             history=HistoryPolicy.KEEP_LAST, depth=depth,
@@ -80,7 +79,7 @@ class SimulatedCameras(Node):
             for side, image in zip(SIDES, (left, right))}}
         for message in messages.values():
             set_stamp(message.header, stamp)
-            message.header.frame_id = self._frame_id
+            message.header.frame_id = self.frame_id
         if change is not None:
             change(messages)
         for topic, message in messages.items():

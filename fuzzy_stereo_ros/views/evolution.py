@@ -165,7 +165,7 @@ class _Layout:
         most = 'at most ' * (config.algorithm == 'realtime' and not record.frames)
         self.figure.suptitle(
             f"{'frame' if record.frames else 'generation'} {number} of {most}{record.count}, "
-            f'profile {config.algorithm}, population {config.population}, disparities {lowest} '
+            f'profile {record.profile}, population {config.population}, disparities {lowest} '
             f'to {lowest + config.disparities - 1} px')
 
     def _draw_curves_of(self, name, title, lines):

@@ -136,12 +136,14 @@ class Record:
     The record of an evolution: figures of all generations or frames, Snapshots of some.
 
     config: its MatcherConfig. truth, mask: arguments of `scores.score`, or None. frames: their
-    number, 0 if it is one of generations. rows: a Row for each so far.
+    number, 0 if it is one of generations. profile: its name, for titles; None = that of the
+    algorithm. rows: a Row for each so far.
     """
 
-    def __init__(self, config, truth=None, mask=None, frames=0):
+    def __init__(self, config, truth=None, mask=None, frames=0, profile=None):
         """Start without generations and frames."""
         self.config, self.truth, self.mask, self.frames = config, truth, mask, frames
+        self.profile = profile or config.algorithm
         self.rows, self._kept, self.last = [], {}, None
 
     @property

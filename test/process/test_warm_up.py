@@ -11,7 +11,7 @@ import sys
 
 from fuzzy_stereo_ros.commands.command_line import main
 from fuzzy_stereo_ros.matching import MatcherConfig
-from fuzzy_stereo_ros.matching.compiling import compile_kernels, record_calls
+from fuzzy_stereo_ros.matching.compiling import compile_kernels, on_all_cores, record_calls
 from fuzzy_stereo_ros.matching.kernels import compiled
 from fuzzy_stereo_ros.progress import COMPILING
 from mounted import mounting
@@ -50,6 +50,13 @@ if sys.argv[1] == 'realtime':       # where plain regions vote, and pictures are
         matcher.match(*np.clip(view + random.normal(0, 1.5, (2, *view.shape)), 0, 255).astype('B'))
 print(*sorted(name for name, kinds in compiled() - before))
 """
+
+
+def test_a_warm_up_on_all_cores_leaves_the_compilers_of_the_command(monkeypatch):
+    monkeypatch.setattr(compiled, 'compilers', [print])
+    with on_all_cores():
+        assert print not in compiled.compilers
+    assert compiled.compilers == [print]
 
 
 # May be compiled by the warm-up itself: a dry run of quality ends before its second frame; in that

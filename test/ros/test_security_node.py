@@ -31,7 +31,8 @@ def bench(ros, place):
 
     class Audited(Bench):
         def __init__(self, domain):
-            Surroundings.__init__(self, domain, reliable=True, frame_id=HOSTILE)
+            Surroundings.__init__(self, domain, reliable=True)
+            self.rig.frame_id = HOSTILE
             self.node = NodeProcess(domain, *RELIABLE, '-p', 'disparity_range:=16',
                                     '--enclave', '/stereo', module='audited')
 

@@ -75,7 +75,7 @@ def test_the_status_is_the_worst_that_is_true(loading, idle, silence, rates, exp
         for how in ('rejected', 'dropped', 'matched')}}
     preparing = bool(rates.pop('preparing', False))
     assert diagnostics.status_of(
-        loading, idle, silence, rates, preparing, 'P is empty') == expected
+        diagnostics.State(loading, idle, silence, preparing), rates, 'P is empty') == expected
 
 
 ROWS = Misalignment(0.1, 0.9, 0.0, 0.0, (0.01,) * 4, 0.1, 500, 16, 240, 320, undone=True)
@@ -97,8 +97,8 @@ def publisher():
 def told(made, published, idle='', silence=0, **options):
     """Return the level and the sentence that Diagnostics publish."""
     made.publish(1.0, dict.fromkeys(
-        ['pairs synchronised', 'pairs matched', 'pairs dropped', 'pairs rejected'], 0), {}, '',
-        idle, silence, **options)
+        ['pairs synchronised', 'pairs matched', 'pairs dropped', 'pairs rejected'], 0), {},
+        diagnostics.State('', idle, silence), **options)
     first, second = published[-1].status
     assert (second.level, second.name) == (
         diagnostics.DiagnosticStatus.OK, f'{first.name}, details')
