@@ -192,10 +192,12 @@ class CameraOptions:
 
     def cameras(self, shape, purpose, raw=False, images=(), needed=ABOVE_ZERO):
         """
-        Return the left and the right Camera, and their origin in words; ValueError.
+        Return the left and the right Camera, and their origin in words.
 
         shape: (R, C) of the images. purpose: what requires cameras, for errors. raw: whether raw
         images are to be rectified. images: as for `read_cameras`. needed: as for `read`.
+        Raises ValueError if one is missing, for camera files of another size, and as
+        `read_cameras`.
         """
         files = self.calibration
         found = files and read_cameras(files, shape, self.offset or 0.0, self.unit, images)

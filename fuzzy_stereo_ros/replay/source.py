@@ -174,9 +174,10 @@ def rejection_of(error):
 
 def _calibration(options, bags, topics):
     """
-    Return the CameraInfo of all pairs, (left, right), and their origin in words; ValueError.
+    Return the CameraInfo of all pairs, (left, right), and their origin in words.
 
     None instead of the two if each pair has its own messages.
+    Raises ValueError if there is no calibration, or not the one that the options need.
     """
     missing = [image for image, info in (topics[:2], topics[2:]) if info is None]
     if not missing and not options.cameras.given:
