@@ -22,15 +22,15 @@ LINE = 64           # bytes of a cache line
 class _Block:
     """The block that arrays are cut from now; it lives as long as one of them."""
 
-    def __init__(self):
-        self._lock, self._memory, self._used = Lock(), lambda: None, 0
+    def __init__(self, size):
+        self._lock, self._size, self._memory, self._used = Lock(), size, lambda: None, 0
 
     def cut(self, size):
         """Return the next bytes of the block, or the first ones of a new block: uint8 (size,)."""
         with self._lock:
             memory = self._memory()
-            if memory is None or self._used + size > BLOCK:
-                memory = np.zeros(BLOCK, np.uint8)
+            if memory is None or self._used + size > self._size:
+                memory = np.zeros(self._size, np.uint8)
                 self._memory, self._used = ref(memory), -memory.ctypes.data % LINE
             start, self._used = self._used, _after(self._used, size)
         return memory[start:start + size]
@@ -42,17 +42,12 @@ def _after(start, size):
     return start + -(-size // LINE) * LINE + LINE
 
 
-def _aligned(memory):
-    """Return the bytes of an array from its first cache line on."""
-    return memory[-memory.ctypes.data % LINE:]
-
-
 def _size_of(shape, dtype):
     """Return the bytes of an array."""
     return dtype.itemsize * math.prod(np.atleast_1d(shape).tolist())
 
 
-_block = _Block()
+_block = _Block(BLOCK)
 
 
 def zeros(shape, dtype=float):
@@ -61,5 +56,5 @@ def zeros(shape, dtype=float):
     size = _size_of(shape, dtype)
     if size < SMALL:
         return np.zeros(shape, dtype)
-    memory = _block.cut(size) if size < OWN else _aligned(np.zeros(size + LINE, np.uint8))[:size]
-    return memory.view(dtype).reshape(shape)
+    block = _block if size < OWN else _Block(size + LINE)
+    return block.cut(size).view(dtype).reshape(shape)

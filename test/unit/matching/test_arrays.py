@@ -20,6 +20,7 @@ def test_memory_is_what_numpy_has(shape, dtype):
     assert (array.shape, array.dtype, array.strides) == (
         expected.shape, expected.dtype, expected.strides)
     assert array.flags.c_contiguous and array.flags.writeable and not array.any()
+    assert array.nbytes < SMALL or array.ctypes.data % LINE == 0
 
 
 def test_arrays_share_no_byte_and_begin_at_lines_but_not_at_one_place_of_a_page():
