@@ -5,6 +5,7 @@ The genes of each tile: what its cells, and those around them, inherit, mutated 
 
 Not in the paper, whose cells draw their genes from all labels. A tile is a square of 32 x 32
 pixels. Its cells may exchange their parents' genes, so all of these are candidates of every cell.
+Genes of the cells around it, as they were found, are noise where they are rare: they are counted.
 """
 from typing import NamedTuple
 
@@ -12,7 +13,7 @@ from fuzzy_stereo_ros.matching.kernels.addresses import (
     load_byte, load_short, store_byte, store_long, store_short)
 from fuzzy_stereo_ros.matching.kernels.compiled import called, inlined, kernel
 from fuzzy_stereo_ros.matching.kernels.simd import (
-    bit_or, equal_bits, first_set, LANES, load, splat, store)
+    bit_or, equal_bits, first_set, LANES, load, maximum, saturating_subtract, splat, store)
 from fuzzy_stereo_ros.matching.kernels.units import INVALID
 import numpy as np
 
@@ -20,6 +21,8 @@ SIDE = LANES         # pixels of a tile
 STEP = 2             # every so many cells of a row or column of a parent are looked at
 MOST_GENES = 254     # of a tile; the largest disparities are dropped
 MUTATED, HALF_SIZE, PREVIOUS = range(3)     # where a gene is from; the last one counts
+INHERITED, MUTATES = 2, 4   # cells in and around a tile from which a gene counts; is changed, too
+MOST_CELLS = 253    # that are counted; the genes of other parents are marked by more
 
 
 class Parent(NamedTuple):
@@ -32,7 +35,7 @@ class Parent(NamedTuple):
     columns: int
     cell: int                # pixels of the image a side of one of its cells: 1 or 2
     scale: int               # how many labels at full size one of its labels is: 1 or 2
-    grow: int                # pixels around a tile whose genes it inherits
+    grow: int                # pixels around a tile whose genes are counted; 0: all are inherited
     choices: int             # int8 of parts of it: 0 stayed in place, 1 moved, -1 is new; 0: all
     part: int                # pixels of a side of such a part, which divides SIDE
     down: int                # pixels by which the picture has moved since
@@ -54,12 +57,12 @@ class Tiles(NamedTuple):
 @called
 def _inherit(parent, origin, top, left, side, seen, nowhere):
     """
-    Mark the labels of a parent in a square at seen + label by their origin.
+    Mark the labels of a parent in a square at seen + label by their origin, or count their cells.
 
     parent: the fields of a Parent; top, left, side: of the square, in the parent's picture;
     nowhere: the place of labels that are not inherited
     """
-    mark, parent = np.uint8(origin), Parent(*parent)
+    mark, parent = np.uint8(MOST_CELLS + origin), Parent(*parent)
     cell, grow = parent.cell, parent.grow
     begin, end = max((left - grow) // cell, 0), min((left + side + grow) // cell, parent.columns)
     for row in range(max((top - grow) // cell, 0), min((top + side + grow) // cell, parent.rows),
@@ -70,7 +73,9 @@ def _inherit(parent, origin, top, left, side, seen, nowhere):
                      else np.int64(load_short(parent.labels, at + column)))
             valid = (parent.validity == 0
                      or load_byte(parent.validity, at + column) != INVALID)
-            store_byte(seen, parent.scale * label if valid else nowhere, mark)
+            place = parent.scale * label if valid else nowhere
+            store_byte(seen, place, np.uint8(
+                min(load_byte(seen, place) + 1, MOST_CELLS) if grow else mark))
 
 
 @inlined
@@ -92,20 +97,25 @@ def _inherit_parts(parent, origin, top, left, seen, nowhere):
 @inlined
 def _mutate(seen, disparities, by, genes, origins):
     """
-    Write the labels that are seen, and those `by` beside them, ascending, and where they are from.
+    Write the labels that are seen, and those `by` beside common ones, ascending, and their origin.
 
     Returns how many there are.
     """
-    count, unseen = 0, splat(np.uint8(0))
+    count, none = 0, splat(np.uint8(0))
+    few, rare = splat(np.uint8(INHERITED - 1)), splat(np.uint8(MUTATES - 1))
     for first in range(0, disparities, LANES):
-        bits = ~equal_bits(unseen, bit_or(load(seen, first), bit_or(
-            load(seen, first - by), load(seen, first + by))))
+        bits = ~equal_bits(none, bit_or(
+            saturating_subtract(load(seen, first), few), saturating_subtract(
+                maximum(load(seen, first - by), load(seen, first + by)), rare)))
         while bits != 0:
             label = first + first_set(bits)
             bits &= bits - np.uint32(1)
             if label < disparities and count < MOST_GENES:
                 store_short(genes, count, label)
-                store_byte(origins, count, load_byte(seen, label))
+                cells = load_byte(seen, label)
+                store_byte(origins, count, np.uint8(
+                    cells - MOST_CELLS if cells > MOST_CELLS
+                    else MUTATED if cells < INHERITED else HALF_SIZE))
                 count += 1
     return count
 
@@ -131,14 +141,15 @@ def list_genes(smooth, found, previous, tiles, seen, disparities, last_parent, f
         for place in range(0, size, LANES):
             store(memory, place, splat(np.uint8(0)))
         top, left = tile // tiles.columns * SIDE, tile % tiles.columns * SIDE
-        for parent in (smooth, found):
+        for parent in (found, smooth):      # counts first: marks are written over them
             _inherit_parts(parent, HALF_SIZE, top, left, seen, nowhere)
         _inherit_parts(previous, PREVIOUS, top, left, seen, nowhere)
         beyond = False
         for label in range(last_parent, disparities):
-            beyond |= load_byte(seen, label) != 0
+            beyond |= load_byte(seen, label) >= INHERITED
             if beyond:
-                store_byte(seen, label, np.uint8(max(load_byte(seen, label), HALF_SIZE)))
+                store_byte(seen, label, np.uint8(
+                    max(load_byte(seen, label), MOST_CELLS + HALF_SIZE)))
         store_long(tiles.counts, tile, _mutate(
             seen, disparities, tiles.mutation, tiles.genes + 2 * MOST_GENES * tile,
             tiles.origins + MOST_GENES * tile))
