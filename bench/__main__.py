@@ -60,6 +60,9 @@ def _parser():
     parser.add_argument('--repeats', metavar='N', type=int,
                         help='frames of each matcher that are timed (speed); '
                              f'default: {REPEATS}, with --quick {QUICK_REPEATS}')
+    parser.add_argument('--python', metavar='FILE',
+                        help='a Python whose libraries have other versions, to be timed too '
+                             '(speed), for example one of `make matrix`')
     parser.add_argument('--quick', action='store_true',
                         help='small synthetic scenes, few runs and draws of noise, to see that '
                              'everything runs: the figures then mean nothing')
@@ -89,7 +92,7 @@ def run(arguments):
         matcher_named(OURS, arguments.profile, matcher_changes(arguments)),
         data_folder(arguments.data), arguments.only, repeats,
         partial(follow, stream=sys.stderr), arguments.quick,
-        QUICK_DRAWS if arguments.quick else DRAWS)
+        QUICK_DRAWS if arguments.quick else DRAWS, arguments.python)
     request.scenes()        # bad input is found before the first benchmark
     reports = []
     for name in SUITES if ALL in arguments.names else dict.fromkeys(arguments.names):

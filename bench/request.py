@@ -33,7 +33,7 @@ class Request:
     ours: the matcher under test. data: folder of the benchmark data, or None. only: a word that
     names of scenes must contain. repeats: number of measurements of a time. follow(items, title):
     iterates and shows progress. quick: small and few scenes, to see that everything runs; the
-    figures then mean nothing. draws: of noise.
+    figures then mean nothing. draws: of noise. python: another one, whose libraries are timed too.
     """
 
     ours: Ours = Ours('ours')
@@ -43,6 +43,7 @@ class Request:
     follow: Callable = field(default=lambda items, title: items)
     quick: bool = False
     draws: int = DRAWS
+    python: str | None = None
 
     def each(self, items, title, work):
         """Return [work(item)] of items, with OpenCV on one thread; shows progress."""

@@ -7,16 +7,19 @@ Figures are medians and 95th percentiles over frames, since the work of a warm m
 frame to frame; the matchers take turns. Stages, and what more cores would bring, go to CSV files.
 """
 from functools import partial
+from io import StringIO
 import os
+from pathlib import Path
 import subprocess
 import sys
 import tempfile
 import time
 import tracemalloc
+from types import SimpleNamespace
 
 from bench.cores import reckoned, UNMEASURED
 from bench.draws import with_noise
-from bench.request import report_of
+from bench.request import report_of, Request
 from bench.scoring import REFERENCE
 import cv2
 from fuzzy_stereo_ros.commands.benchmark import take_turns
@@ -27,6 +30,7 @@ from fuzzy_stereo_ros.evaluation.report import Table
 from fuzzy_stereo_ros.matching import MatcherConfig
 from fuzzy_stereo_ros.matching.bands import processors
 from fuzzy_stereo_ros.matching.realtime.still_scene import SETTLED
+import numba
 import numpy as np
 import pandas as pd
 
@@ -43,6 +47,8 @@ ALONE = 'of the total, what one thread does alone'
 PREFERRED = ('midd2014', 'midd2006_half', 'middv2', 'made')
 IMPORT = 'from fuzzy_stereo_ros.matching import StereoMatcher'
 WARM_UP = f'{IMPORT}; StereoMatcher().warm_up(480, 640)'
+TURNS = 'import sys; from bench.speed import print_turns; print_turns(*sys.argv[1:])'
+VERSIONS = 'versions'
 
 
 def run(request):
@@ -80,8 +86,9 @@ def run(request):
                  'measured first; cold: the frame before is forgotten; warm: the frame before is '
                  'of the same scene, and each frame is searched; cold and warm frames measure no '
                  'rows',
-    }, [times_table(turns), still, memory, *([] if request.quick else [first_start_table()])],
-        skipped, threads='OpenCV and ours as in the tables', turns=turns, cores=cores)
+    }, [times_table(turns), *([versions_table(request, pair)] if request.python else []), still,
+        memory, *([] if request.quick else [first_start_table()])], skipped,
+        threads='OpenCV and ours as in the tables', turns=turns, cores=cores)
 
 
 def race(request, pair, size, threads, repeats):
@@ -149,6 +156,39 @@ def times_table(turns):
                 typical.index.droplevel('matcher')).values
     return Table.of('Times', table.set_axis([
         f'{size}, {disparities} disparities: {name}' for size, disparities, name in table.index]))
+
+
+def versions_table(request, pair):
+    """Return the table of times with the libraries of this Python and of another one."""
+    rows = []
+    with tempfile.TemporaryDirectory() as folder:
+        for name, image in (('left', pair.left), ('right', pair.right)):
+            cv2.imwrite(f'{folder}/{name}.png', image)
+        for python in sys.executable, request.python:
+            printed = subprocess.run(
+                [python, '-c', TURNS, folder, str(request.repeats), str(int(request.quick))],
+                check=True, stdout=subprocess.PIPE, text=True,
+                cwd=Path(__file__).resolve().parents[1]).stdout
+            turns = pd.read_csv(StringIO(printed))
+            of_one = turns.groupby('matcher').milliseconds.median()
+            rows.append((turns[VERSIONS][0], *(of_one[name] for name in (COLD, WARM)),
+                         *(of_one[name] / of_one[REFERENCE.name]
+                           for name in (FIRST, COLD, WARM, FAST))))
+    return Table('Versions of the libraries', (
+        '', 'cold [ms]', 'warm [ms]', 'first pair, of 3WAY', 'cold, of 3WAY', 'warm, of 3WAY',
+        'fast, cold, of 3WAY'), rows,
+        'The first size above, one thread, ours as it is by default; each row is measured in a '
+        "process of its own, 3WAY that of the row's OpenCV.")
+
+
+def print_turns(folder, repeats, quick):
+    """Print the turns of matchers, of a pair in a folder, as CSV; used by `versions_table`."""
+    pair = SimpleNamespace(**{name: cv2.imread(f'{folder}/{name}.png')
+                              for name in ('left', 'right')})
+    sizes = QUICK_SIZES if int(quick) else SIZES
+    turns = pd.DataFrame(race(Request(), pair, sizes[0], 1, int(repeats)))
+    versions = f'numba {numba.__version__}, NumPy {np.__version__}, OpenCV {cv2.__version__}'
+    turns.assign(**{VERSIONS: versions}).to_csv(sys.stdout)
 
 
 def still_row(request, pair, size):

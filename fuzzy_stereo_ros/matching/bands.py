@@ -148,6 +148,10 @@ class ThreadPool:
 
         needs: a rule of what an item needs, see `all_before`; there are no stages before
         """
+        if self.threads == 1:       # each item needs items before it alone
+            for item in items:
+                work(item)
+            return
         begun = time.perf_counter()
         call = _Call(work, items, [needs(0, index) for index in range(len(items))])
         try:

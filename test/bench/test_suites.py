@@ -3,6 +3,7 @@
 """Each suite runs in its short form and fills its section of the page."""
 import json
 import re
+import sys
 from xml.etree import ElementTree
 
 from bench import datasets
@@ -15,6 +16,7 @@ from rejected import rejection
 NOISE = re.compile(r'noise [1-9]|shot and read|sixth of the light|each part|Made|error, odd')
 WORST = re.compile(r'\d \([+-]?\d')
 PICTURES = {'accuracy': ['accuracy'], 'warm': ['warm', 'over_frames']}
+OPTIONS = {'speed': ['--python', sys.executable]}
 
 
 @pytest.mark.slow
@@ -24,7 +26,7 @@ def test_a_suite_runs_in_its_short_form_and_fills_its_section(name, tmp_path, mo
     monkeypatch.chdir(tmp_path)
     monkeypatch.delenv(datasets.DATA_VARIABLE, raising=False)
     assert main([name, '--quick', '--repeats', '1', '--json', '--output', 'page.md',
-                 '--csv', 'figures']) == 0
+                 '--csv', 'figures', *OPTIONS.get(name, [])]) == 0
     (report,) = json.loads(capsys.readouterr().out)
     assert report['tables']
     for table in report['tables']:
