@@ -90,8 +90,6 @@ class Refinement:
             zeros((rows, columns), np.uint8) for _ in range(2))
         self._speckles = Speckles(rows, columns)
         self._padded, self._padded_grey = (zeros(around, labels_type) for _ in range(2))
-        self._members = [zeros(filling.MEDIAN_NEIGHBOURS * LANES, labels_type)
-                         for _ in range(MOST_PARTS)]
         self._median = zeros((rows, columns + 2 * LANES), labels_type)
         self._labels = zeros((rows, columns), labels_type)
         fine_type = np.int16 if disparities < 2000 else np.int32
@@ -150,7 +148,7 @@ class Refinement:
                 filling.pad_map(grey, columns, self._padded_grey, first, last)
                 filling.membership_median(
                     (self._padded, self._padded_grey), CLASS_ALIKE, bits, columns, median,
-                    self._members[band[0]], *widened(band, REACH, rows))
+                    *widened(band, REACH, rows))
                 found = median
             square_median(found, self._labels, *band[1:])
         pool.each(smooth_band, pool.parts(len(labels)), nothing_before)

@@ -68,7 +68,7 @@ def test_the_motorcycle_is_found_but_for_few_pixels_and_what_stays_valid_is_righ
     assert dense.bad_dense[3.0] < 2.35
     assert dense.average_error < 0.58
     assert sparse.density > 97.3
-    assert sparse.bad_sparse[1.0] < 2.95
+    assert sparse.bad_sparse[1.0] < 3.0
 
 
 def test_generations_make_the_motorcycle_less_wrong_than_the_first_guess():

@@ -9,7 +9,7 @@ of disparity the membership median is the median of the neighbours of similar gr
 the fuzzy class of a pixel in its 7 x 7 neighbours.
 """
 from fuzzy_stereo_ros.matching.kernels.addresses import next_byte
-from fuzzy_stereo_ros.matching.kernels.compiled import called, kernel
+from fuzzy_stereo_ros.matching.kernels.compiled import called, inlined, kernel
 from fuzzy_stereo_ros.matching.kernels.rows import copy_row, pad_row
 from fuzzy_stereo_ros.matching.kernels.simd import (
     absolute_difference, add, at_most, bit_or, choose, equal_bits, LANES, less, load, maximum,
@@ -86,38 +86,52 @@ def _median(labels, count, span, bits):
     return result
 
 
-@kernel
-def membership_median(padded, reach, bits, columns, out, neighbours, first, last):
+@inlined
+def _extremes_of_columns(source, stride, row, columns, low, high):
+    """Write the least and the largest label of each column of seven rows, of a padded map."""
+    for column in range(0, columns + 2 * MEDIAN_RADIUS, LANES):
+        place = row * stride + column
+        least = largest = load(source, place)
+        for down in range(1, 2 * MEDIAN_RADIUS + 1):
+            other = load(source, place + down * stride)
+            least, largest = minimum(least, other), maximum(largest, other)
+        store(low, column, least)
+        store(high, column, largest)
+
+
+@kernel(allocates=True)
+def membership_median(padded, reach, bits, columns, out, first, last):
     """
     Take the median over similar neighbours where the 7 x 7 pixels span more than one label.
 
     padded: labels and grey levels, (R + 6, C + 70) of one dtype, uint8 or uint16, see pad_map;
     reach: grey levels by which similar pixels differ at most; bits: of the largest label; out:
-    (R, C + 64); neighbours: (MEDIAN_NEIGHBOURS * LANES,), memory.
+    (R, C + 64)
     """
     labels, grey_levels = padded
     stride, out_stride = labels.shape[1], out.shape[1]
     source, grey, target = labels.reshape(-1), grey_levels.reshape(-1), out.reshape(-1)
+    neighbours = np.zeros(MEDIAN_NEIGHBOURS * LANES, labels.dtype)
+    lows, highs = np.zeros(stride + LANES, labels.dtype), np.zeros(stride + LANES, labels.dtype)
     for row in range(first, last):
+        _extremes_of_columns(source, stride, row, columns, lows, highs)
         for column in range(0, columns, LANES):
             centre = (row + MEDIAN_RADIUS) * stride + column + MEDIAN_RADIUS
-            low = high = here = load(source, centre)
-            for down in range(-MEDIAN_RADIUS, MEDIAN_RADIUS + 1):
-                for right in range(-MEDIAN_RADIUS, MEDIAN_RADIUS + 1):
-                    other = load(source, centre + down * stride + right)
-                    low, high = minimum(low, other), maximum(high, other)
-            one = splat_like(here, 1)
-            jump = less(one, subtract(high, low))
+            here, low, high = load(source, centre), load(lows, column), load(highs, column)
+            for right in range(1, 2 * MEDIAN_RADIUS + 1):
+                low = minimum(low, load(lows, column + right))
+                high = maximum(high, load(highs, column + right))
+            jump = less(splat_like(here, 1), subtract(high, low))
             if equal_bits(jump, splat_like(here, 0)) == ALL_EQUAL:
                 store(target, row * out_stride + column, here)
                 continue
-            centre_grey, count, neighbour = load(grey, centre), splat_like(here, 0), 0
-            alike = splat_like(here, reach)
+            centre_grey, alike = load(grey, centre), splat_like(here, reach)
+            count, neighbour = splat_like(here, MEDIAN_NEIGHBOURS), 0
             for down in range(-MEDIAN_RADIUS, MEDIAN_RADIUS + 1):
                 for right in range(-MEDIAN_RADIUS, MEDIAN_RADIUS + 1):
                     place = centre + down * stride + right
                     unlike = less(alike, absolute_difference(load(grey, place), centre_grey))
-                    count = add(count, add(unlike, one))
+                    count = add(count, unlike)
                     store(neighbours, LANES * neighbour,
                           bit_or(subtract(load(source, place), low), unlike))
                     neighbour += 1
