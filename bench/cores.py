@@ -13,7 +13,7 @@ from heapq import heapreplace
 import time
 
 from fuzzy_stereo_ros.evaluation.baselines import opencv_threads
-from fuzzy_stereo_ros.matching.bands import all_before, cut_parts, ThreadPool
+from fuzzy_stereo_ros.matching.bands import cut_parts, ThreadPool
 from fuzzy_stereo_ros.matching.row_alignment import rig_of, Rows
 import numpy as np
 import pandas as pd
@@ -29,7 +29,7 @@ class TimedPool(ThreadPool):
     """
     A pool of one thread, whose work is cut as for a number of cores.
 
-    joins: [[(ms, need)]], of each part of each call of `each`: its processor time, and how many of
+    joins: [[(ms, need)]], of each part of each call of `run`: its processor time, and how many of
     the first parts it needs; within: ms of all of them and of the clock that times them
     """
 
@@ -42,7 +42,7 @@ class TimedPool(ThreadPool):
         """Return the parts of an image for the cores."""
         return cut_parts(rows, self._cores, height)
 
-    def each(self, work, items, needs=all_before):
+    def run(self, work, items, needs):
         """Work as ThreadPool does, and time each item."""
         times, started = [], time.thread_time()
 
@@ -50,16 +50,15 @@ class TimedPool(ThreadPool):
             begun = time.thread_time()
             work(item)
             times.append(1000 * (time.thread_time() - begun))
-        super().each(timed, items)
-        self.joins.append([(one, needs(0, index)) for index, one in enumerate(times)])
+        super().run(timed, items, needs)
+        self.joins.append(list(zip(times, needs)))
         self.within += 1000 * (time.thread_time() - started)
 
-    def shares(self, needs, begin=all_before):
+    def shares(self, needs):
         """Have a kernel called for each task, or as a pool of so many threads would."""
-        if not self._by_task:
-            return [len(needs)] * self._cores, begin
-        return [1] * len(needs), lambda before, index: max(
-            begin(before, index), (before + needs[index]) * (needs[index] > 0))
+        if self._by_task:
+            return [1] * len(needs), needs
+        return [len(needs)] * self._cores, [0] * self._cores
 
 
 def scheduled(parts, cores):

@@ -80,36 +80,6 @@ class HelperPlaces:
         return not self._usual / _CHANGED <= now <= self._usual * _CHANGED
 
 
-def all_before(before, index):
-    """
-    Return `before`: an item begins once all stages before are done.
-
-    This is a rule of what an item needs, as `each` takes it: a function of the number of items of
-    the stages before and of the item's index in its own stage. It returns how many of the first
-    items of all stages must be done before the item begins; they all come before it.
-    """
-    return before
-
-
-def nothing_before(before, index):
-    """Return 0: an item needs nothing; a rule, see `all_before`."""
-    return 0
-
-
-def beside(bands, reach=0):
-    """
-    Return a rule for a stage whose stage before has the same bands, see `all_before`.
-
-    An item needs its own band of the stage before, and `reach` bands below it.
-    """
-    return lambda before, index: max(before - max(len(bands) - index - 1 - reach, 0), 0)
-
-
-def first_of(numbers):
-    """Return a rule: how many of the first items of its own stage each item needs."""
-    return lambda before, index: before + numbers[index]
-
-
 class ThreadPool:
     """
     The threads of one matcher, with the calling thread as one of them.
@@ -118,7 +88,7 @@ class ThreadPool:
     times as much, and there are some twenty calls a frame. Nobody waits for a helping thread that
     has not begun; on a processor with other work it may wake long after all items are done.
 
-    shared: ms spent in `each`; the rest of a frame runs in one thread. places: the `HelperPlaces`
+    shared: ms spent in `run`; the rest of a frame runs in one thread. places: the `HelperPlaces`
     """
 
     def __init__(self, threads):
@@ -139,23 +109,46 @@ class ThreadPool:
             self.places.add(self.shared - self._frame)
         self._frame = self.shared
 
-    def each(self, work, items, needs=all_before):
+    def each(self, work, items, after=None, reach=None):
+        """Call work(item) for every item; after, reach: as of a Chain, here nothing is before."""
+        self.run(work, items, [0] * len(items))
+
+    def share(self, work, needs, after=None):
+        """Share the tasks of a kernel, see `shares`; after: as of `each`."""
+        self.run(work, *self.shares(needs))
+
+    def shares(self, needs):
+        """
+        Return how many tasks a kernel takes at most, call by call, and what these calls need.
+
+        Each thread calls it once, and the kernel itself waits for what tasks need.
+
+        needs: of each task, how many of the first tasks
+        """
+        return [len(needs)] * self.threads, [0] * self.threads
+
+    def run(self, work, items, needs):
         """
         Call work(item) for every item and return when all are done.
 
         An error or an interrupt in any of the threads ends the call: no further item begins, and
         it is raised here once those that have begun are done.
 
-        needs: a rule of what an item needs, see `all_before`; there are no stages before
+        needs: of each item, how many of the first items must be done before it begins
         """
-        if self.threads == 1:       # each item needs items before it alone
-            for item in items:
-                work(item)
-            return
         begun = time.perf_counter()
-        call = _Call(work, items, [needs(0, index) for index in range(len(items))])
         try:
-            for queue in self._asked(min(self.threads, len(items)) - 1):
+            if self.threads > 1:
+                self._run_together(_Call(work, items, needs))
+            else:       # each item needs items before it alone
+                for item in items:
+                    work(item)
+        finally:
+            self.shared += 1000 * (time.perf_counter() - begun)
+
+    def _run_together(self, call):
+        try:
+            for queue in self._asked(min(self.threads, call.number) - 1):
                 queue.put(call)
             call.run()
             call.join()
@@ -163,20 +156,8 @@ class ThreadPool:
             call.end(error)
             call.join()
             raise
-        finally:
-            self.shared += 1000 * (time.perf_counter() - begun)
         if call.errors:
             raise call.errors[0]
-
-    def shares(self, needs, begin=all_before):
-        """
-        Return how many tasks a kernel takes at most, call by call, and what calls need.
-
-        Each thread calls it once, and the kernel itself waits for what tasks need.
-
-        needs: of each task, how many of the first tasks; begin: a rule of what all of them need
-        """
-        return [len(needs)] * self.threads, begin
 
     def _asked(self, number):
         """
@@ -211,36 +192,50 @@ class ThreadPool:
 
 class Chain:
     """
-    Stages that threads run in one call of `ThreadPool.each`, and so wait less for each other.
+    Stages that threads run in one call of `ThreadPool.run`, and so wait less for each other.
 
-    A stage that calls `each` of a chain, in the place of a pool's, is run later, after those that
-    did so before it.
+    A stage that calls `each` of a chain, in the place of a pool's, is run later.
 
-    threads, parts, shares: those of the pool
+    threads, parts: those of the pool
     """
 
     def __init__(self, pool):
         """Begin without stages of a ThreadPool."""
-        self.threads, self.parts, self.shares, self._pool = (
-            pool.threads, pool.parts, pool.shares, pool)
+        self.threads, self.parts, self._pool = pool.threads, pool.parts, pool
         self._calls, self._needs = [], []
 
-    def each(self, work, items, needs=all_before):
-        """Add a stage, as `ThreadPool.each` runs it; needs: a rule, see `all_before`."""
-        before = len(self._calls)
-        self._needs += [needs(before, index) for index in range(len(items))]
-        self._calls += [(work, item) for item in items]
+    def each(self, work, items, after=None, reach=None):
+        """
+        Add a stage: work(item) is called for every item; return its mark, for later stages.
 
-    def stages_so_far(self):
-        """Return a rule for a later stage that needs those that are there now."""
-        number = len(self._calls)
-        return lambda before, index: number
+        An item begins once all stages before are done; with `after`, the mark of one of them, once
+        that one is, and those before it (0: at once); with `reach`, where the stage just before
+        has the same bands, once that is done with the item's own band and so many below it.
+        """
+        before, number = len(self._calls), len(items)
+        if reach is None:
+            return self._add(work, items, [before if after is None else after] * number)
+        return self._add(work, items, [
+            max(before - max(number - index - 1 - reach, 0), 0) for index in range(number)])
+
+    def share(self, work, needs, after=None):
+        """Add a stage that shares the tasks of a kernel, see `ThreadPool.shares`, as `each`."""
+        items, needs = self._pool.shares(needs)
+        before = len(self._calls)
+        first = before if after is None else after
+        return self._add(work, items, [max(first, before + need if need else 0)
+                                       for need in needs])
+
+    def _add(self, work, items, needs):
+        self._calls += [(work, item) for item in items]
+        self._needs += needs
+        return len(self._calls)
 
     def run(self):
         """Run the stages; return when all are done. The chain has none after that."""
         calls, needs = self._calls, self._needs
         self._calls, self._needs = [], []
-        self._pool.each(_call, calls, first_of(needs))
+        self._pool.run(_call, calls, needs)
 
 
 def _call(call):
@@ -250,18 +245,19 @@ def _call(call):
 
 class _Call:
     """
-    A call of `each`: items that threads take in their order, so that what one needs is being done.
+    A call of `run`: items that threads take in their order, so that what one needs is being done.
 
     An exception may come at any line. So nothing is locked, and a thread that waits looks after
     each wake whether what it waits for is so; each change of that is one step.
 
-    errors: what has ended the call before its time
+    number: of items; errors: what has ended the call before its time
     """
 
     def __init__(self, work, items, needs):
-        """Take what `each` takes; needs: of each item, how many of the first ones."""
+        """Take what `ThreadPool.run` takes."""
         self._work, self._items, self._needs, self.errors = work, items, needs, []
-        self._rest, self._done, self._first = iter(range(len(items))), bytearray(len(items)), 0
+        self.number = len(items)
+        self._rest, self._done, self._first = iter(range(self.number)), bytearray(self.number), 0
         self._helping, self._waiting = set(), set()     # threads; a queue of each that waits
 
     def run(self):
@@ -275,7 +271,7 @@ class _Call:
             self._wake()
 
     def assist(self):
-        """Do the same in a helping thread; `each` raises its error."""
+        """Do the same in a helping thread; `run` of the pool raises its error."""
         try:
             self._helping.add(get_ident())      # before it takes an item: see join
             self.run()

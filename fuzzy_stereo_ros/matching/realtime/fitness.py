@@ -8,7 +8,6 @@ chromosome decreases with the costs of its genes: matches of little possibility,
 (less at edges of grey), and labels that contradict the target image.
 """
 from fuzzy_stereo_ros.matching.arrays import zeros
-from fuzzy_stereo_ros.matching.bands import all_before
 from fuzzy_stereo_ros.matching.crossover import Exchange
 from fuzzy_stereo_ros.matching.kernels.genetic import gene_cost
 from fuzzy_stereo_ros.matching.kernels.genetic.exchange import copy_taken, differing_cells
@@ -36,12 +35,12 @@ class CensusFitness:
         """What a cell of the pair costs at most."""
         return self._possibility.model.largest
 
-    def measure(self, pool, chromosome, every=SAMPLE_STEP, needs=all_before):
+    def measure(self, pool, chromosome, every=SAMPLE_STEP, after=None):
         """
         Return the fitness of a chromosome: 1 where all is fully possible and smooth, else lower.
 
         pool: a ThreadPool, or a Chain, which writes it; every: row step of the sample; gains of
-        crossover are exact; needs: a rule of what each part needs, see `all_before`
+        crossover are exact; after: a stage of the chain, see `Chain.each`
         """
         bands = pool.parts(len(chromosome))
         totals, fitness = np.zeros((len(bands), 2), np.int64), np.zeros(1)
@@ -55,7 +54,7 @@ class CensusFitness:
         def sum_up(totals):
             total, number = totals.sum(axis=0)
             fitness[0] = 1 - total / (self.largest_cost * number)
-        pool.each(measure_band, bands, needs)
+        pool.each(measure_band, bands, after)
         pool.each(sum_up, [totals])
         return fitness
 

@@ -82,10 +82,10 @@ class Generation:
 
     def select(self, chain, half, previous, prior):
         """
-        Select the genes of the cells; the `SearchResult` is overwritten by the next generation.
+        Select the genes of the cells, in `chosen`, which the next generation overwrites.
 
-        chain: a Chain, which completes the result; half: the `HalfSizeResult`; previous: the
-        `Parent` of the previous best, None where there is none; prior: the `Prior` of it
+        chain: a Chain, whose mark of this stage is returned; half: the `HalfSizeResult`;
+        previous: the `Parent` of the previous best, None where there is none; prior: its `Prior`
         """
         parents = tuple(map(tuple, (*self._parents_of(half), previous or NO_PARENT)))
         features = tuple(self._possibility.features)
@@ -105,10 +105,9 @@ class Generation:
             chain.each(lambda part, kernel=kernel: kernel(
                 features, self._found, self._addresses, self._scratch[part[0]], *_tiles_of(part)),
                 parts)
-        chain.each(lambda part: selection.select_of_target(
+        return chain.each(lambda part: selection.select_of_target(
             features, self._found, self._scratch[part[0]], *part[1:]),
             chain.parts(self._possibility.rows))
-        return self.chosen
 
     def origin_of_genes(self):
         """

@@ -10,7 +10,7 @@ from math import hypot
 from typing import NamedTuple
 
 from fuzzy_stereo_ros.matching.arrays import zeros
-from fuzzy_stereo_ros.matching.bands import all_before, beside, widened
+from fuzzy_stereo_ros.matching.bands import widened
 from fuzzy_stereo_ros.matching.kernels.possibility.costs import Prior, weight_of
 from fuzzy_stereo_ros.matching.kernels.refinement import filling
 from fuzzy_stereo_ros.matching.kernels.refinement.consistency import check_consistency
@@ -75,21 +75,20 @@ class HalfSize:
         self._prior = Prior(zeros((rows, columns), gene_type(disparities)),
                             zeros((rows, columns), np.uint8))
 
-    def search(self, pool, described=all_before):
+    def search(self, pool, after=None):
         """
         Search the labels of the pair that the possibility was filled with.
 
-        pool: a ThreadPool, or a Chain; described: a rule that needs the features, see `all_before`
+        pool: a ThreadPool, or a Chain, whose mark of this stage is returned; after: a stage of it
         """
-        self._scanlines.search(pool, needs=described)
+        return self._scanlines.search(pool, after)
 
-    def complete(self, pool, grey, noise, searched=all_before):
+    def complete(self, pool, grey, noise, after=None):
         """
         Return the `HalfSizeResult` of a search.
 
         pool: a ThreadPool, or a Chain, which completes the result; grey: uint8, full left; noise:
-        of it, grey levels, standard deviation, which is no texture; searched: a rule that needs
-        the search, see `all_before`
+        of it, grey levels, standard deviation, which is no texture; after: the stage of the search
         """
         limit = int(hypot(WEAK_TEXTURE, NOISY_STEPS * noise))
         chosen, rows, prior = self._scanlines.chosen, len(self._labels), self._prior
@@ -113,9 +112,9 @@ class HalfSize:
                 self._labels, (chosen.labels, chosen.offsets, chosen.margins, self._validity),
                 self.weak, self._smooth, CLEAR, WEAK, tuple(prior), first, last)
         bands = pool.parts(rows)
-        pool.each(finish, bands, searched)
+        pool.each(finish, bands, after)
         pool.each(lambda step: self._speckles.join(chosen.labels, step, bands), [1])
         pool.each(lambda band: self._speckles.reject(self._validity, SPECKLE, band), bands)
         pool.each(fill, bands)
-        pool.each(write_limits, bands, beside(bands, 1))
+        pool.each(write_limits, bands, reach=1)
         return HalfSizeResult(self._labels, self._validity, chosen, prior, self._certainty)

@@ -154,15 +154,12 @@ class RealtimeMatcher:
         views = self._views
         views.smooth(self.pool)
         chain = Chain(self.pool)
-        views.describe(chain, self._stages.describe)
-        described = chain.stages_so_far()
+        described = views.describe(chain, self._stages.describe)
         chain.each(watch.lap, ['possibility'])
-        self._plain_regions.find(chain)
-        found = chain.stages_so_far()
-        self._half_size.search(chain, described)
-        searched = chain.stages_so_far()
-        self._plain_regions.split(chain, found)     # by threads that the search needs no more
-        half = self._half_size.complete(chain, views.full.left.grey, views.noise, searched)
+        found = self._plain_regions.find(chain)
+        searched = self._half_size.search(chain, after=described)
+        self._plain_regions.split(chain, after=found)   # by threads that the search needs no more
+        half = self._half_size.complete(chain, views.full.left.grey, views.noise, after=searched)
         self._plain_regions.mutate(chain, half)
         chain.run()
         return half
@@ -175,26 +172,23 @@ class RealtimeMatcher:
         `SearchResult`, and whether the previous best takes part.
         """
         pool, refinement, population = self.pool, self._refinement, self.population
-        chain, config = Chain(pool), self._config
+        chain, config, chosen = Chain(pool), self._config, self._generation.chosen
         parent, prior = self._stages.previous_best(self._warm_start, pool, previous, half)
         chain.each(watch.lap, ['coarse'])
-        chosen = self._generation.select(chain, half, parent, prior)
-        searched = chain.stages_so_far()
+        selected = self._generation.select(chain, half, parent, prior)
         self._weak_regions.grow(chain, self._views.half.left.luminance, self._half_size.weak)
 
         def fill(band):
             population.fill(chosen.labels, refinement.validity, band)
             self._weak_regions.count(refinement.validity, band)
         bands = pool.parts(len(chosen.labels))
-        chain.each(lambda band: refinement.check(chosen, config, band), bands, searched)
+        chain.each(lambda band: refinement.check(chosen, config, band), bands, after=selected)
         refinement.join_speckles(chain, chosen, config)
         chain.each(lambda band: refinement.reject_speckles(config, band), bands)
-        chain.each(fill, bands)
-        filled = chain.stages_so_far()
-        self._weak_regions.place(chain, filled)
-        placed = chain.stages_so_far()
-        population.measure(chain, filled)
-        self._weak_regions.gather(chain, chosen, refinement.validity, placed)
+        filled = chain.each(fill, bands)
+        placed = self._weak_regions.place(chain)
+        population.measure(chain, after=filled)
+        self._weak_regions.gather(chain, chosen, refinement.validity, after=placed)
         self._weak_regions.mutate(chain, population.genes[0], Random((config.seed,)))
         chain.run()
         watch.lap('selection')

@@ -11,7 +11,7 @@ with the mutant takes the regions that are fitter.
 from itertools import pairwise
 
 from fuzzy_stereo_ros.matching.arrays import zeros
-from fuzzy_stereo_ros.matching.bands import all_before, MOST_PARTS, nothing_before
+from fuzzy_stereo_ros.matching.bands import MOST_PARTS
 from fuzzy_stereo_ros.matching.kernels.planes import segments
 from fuzzy_stereo_ros.matching.kernels.refinement import filling
 import numpy as np
@@ -48,13 +48,9 @@ class Population:
         """
         filling.fill_rows(labels, validity, self.genes[0], band[1], band[2])
 
-    def measure(self, pool, filled):
-        """
-        Measure the fitness.
-
-        pool: a ThreadPool, or a Chain; filled: rule that needs all bands filled, see `all_before`
-        """
-        self.fitness = self._measure.measure(pool, self.genes[0], needs=filled)
+    def measure(self, pool, after=None):
+        """Measure the fitness; pool: a ThreadPool, or a Chain; after: a stage of it."""
+        self.fitness = self._measure.measure(pool, self.genes[0], after=after)
         self.converged = False
 
     def accept(self, pool, crossover, random, mutant):
@@ -77,13 +73,13 @@ class GreyRegions:
         self._row_runs = zeros((rows, 2), np.int32)
         self._sums = zeros((MOST_PARTS, 2, columns + 1), np.int32)
 
-    def grow(self, pool, luminance, weak, likeness, least, needs=all_before):
+    def grow(self, pool, luminance, weak, likeness, least, after=None):
         """
         Grow the regions of a picture.
 
         pool: a ThreadPool, or a Chain; luminance: uint16, the picture with a margin; weak: uint8
         (r, c or more), where regions may lie; likeness: a `Likeness`, of runs; least: pixels of a
-        region; needs: a rule for the runs, see `all_before`
+        region; after: a stage of the chain. The mark of this stage is returned.
         """
         runs, likeness = (self._begin, self._end, self._parent, self._row_runs), tuple(likeness)
         bands = pool.parts(len(self._row_runs))
@@ -93,8 +89,8 @@ class GreyRegions:
             self.number = segments.number_regions(runs, least, self._size, self._region)
         pool.each(lambda band: segments.find_runs(
             luminance, weak, likeness, runs, self._sums[band[0]], band[1], band[2]),
-            bands, needs)
-        pool.each(join, [np.array([first for _, first, _ in bands])])
+            bands, after)
+        return pool.each(join, [np.array([first for _, first, _ in bands])])
 
     @property
     def grown(self):
@@ -137,7 +133,7 @@ class WeakRegions:
         pool: a ThreadPool, or a Chain; luminance: uint16, the half-size picture with a margin;
         weak: uint8 (r, c), where texture is weak
         """
-        self._regions.grow(pool, luminance, weak, LIKENESS, LEAST_REGION, nothing_before)
+        self._regions.grow(pool, luminance, weak, LIKENESS, LEAST_REGION, after=0)
 
     def count(self, validity, band):
         """
@@ -150,12 +146,11 @@ class WeakRegions:
         segments.count_matches(
             regions, validity, self._waited[index, :number], first // 2, last // 2)
 
-    def place(self, pool, counted):
+    def place(self, pool):
         """
-        Place the points of the regions among those of all.
+        Place the points of the regions among those of all, once all bands are counted.
 
-        pool: a ThreadPool, or a Chain; counted: a rule that needs all bands counted, see
-        `all_before`
+        pool: a ThreadPool, or a Chain, whose mark of this stage is returned
         """
         def place(bands):
             number = self._regions.number
@@ -163,14 +158,14 @@ class WeakRegions:
             segments.place_points(MOST_POINTS, bands, self._waited, self._every[:number],
                                   self._places, starts)
             self._parts = parts_of_regions(starts)
-        pool.each(place, [len(pool.parts(len(self.mutant)))], counted)
+        return pool.each(place, [len(pool.parts(len(self.mutant)))])
 
-    def gather(self, pool, chosen, validity, placed):
+    def gather(self, pool, chosen, validity, after=None):
         """
         Gather matches of the regions.
 
         pool: a ThreadPool, or a Chain; chosen, validity: the `SearchResult`, and which of its
-        labels are consistent; placed: a rule that needs them placed, see `all_before`
+        labels are consistent; after: the stage that places them
         """
         matches = chosen.labels, chosen.offsets, validity
 
@@ -179,7 +174,7 @@ class WeakRegions:
             segments.gather_points(
                 self._regions.grown[0], self._every, self._waited[index], self._places[index],
                 matches, self._points, first // 2, last // 2)
-        pool.each(gather, pool.parts(len(validity)), placed)
+        pool.each(gather, pool.parts(len(validity)), after)
 
     def mutate(self, pool, parent, random):
         """
@@ -219,7 +214,7 @@ class NotMutated:
     def __init__(self, *_):
         """Need no memory."""
 
-    def grow(self, *_):
+    def grow(self, *_, after=None):
         """Grow no regions."""
 
     find = split = count = place = gather = mutate = grow

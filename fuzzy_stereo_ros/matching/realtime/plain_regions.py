@@ -114,18 +114,17 @@ class PlainRegions:
         self._found = None
 
     def find(self, pool):
-        """Find the plain regions of the left view; pool: a ThreadPool, or a Chain."""
+        """Find the plain regions of the left view; pool: a Chain, whose mark is returned."""
         left = self._left
         pool.each(lambda band: left.mark(*band[1:]), self._parts(pool))
         self._regions.grow(pool, left.half.luminance, left.plain.mask, ANY_GREY, self._least)
-        pool.each(self._list, [self._cells])
+        return pool.each(self._list, [self._cells])
 
-    def split(self, pool, found):
+    def split(self, pool, after=None):
         """
         Split the texture of both views into bands.
 
-        pool: a ThreadPool, or a Chain; found: a rule that needs the regions found, see
-        `all_before`
+        pool: a ThreadPool, or a Chain; after: the stage that finds the regions
         """
         right = self._right
 
@@ -133,7 +132,7 @@ class PlainRegions:
             right.mark(*widened(band, kernels.MEAN_REACH, len(right.plain.mask)))
             for texture, existing in zip((self._left, right), self._existing):
                 texture.split(existing, band)
-        pool.each(partial(self._if_found, split), self._parts(pool), found)
+        pool.each(partial(self._if_found, split), self._parts(pool), after)
 
     def mutate(self, pool, half):
         """

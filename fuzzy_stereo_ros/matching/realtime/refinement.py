@@ -8,8 +8,7 @@ seldom right: they are found as by cv2.filterSpeckles, but by bands that threads
 """
 import cv2
 from fuzzy_stereo_ros.matching.arrays import zeros
-from fuzzy_stereo_ros.matching.bands import (
-    beside, cut_bands, MOST_PARTS, nothing_before, widened)
+from fuzzy_stereo_ros.matching.bands import cut_bands, MOST_PARTS, widened
 from fuzzy_stereo_ros.matching.kernels.refinement import filling, subpixel
 from fuzzy_stereo_ros.matching.kernels.refinement.consistency import (
     check_consistency, find_components, join_components, reject_changed, reject_small)
@@ -151,7 +150,7 @@ class Refinement:
                     *widened(band, REACH, rows))
                 found = median
             square_median(found, self._labels, *band[1:])
-        pool.each(smooth_band, pool.parts(len(labels)), nothing_before)
+        pool.each(smooth_band, pool.parts(len(labels)), after=0)
         return self._labels
 
     def write(self, pool, labels, chosen, half, reject, config):
@@ -186,5 +185,5 @@ class Refinement:
                 (self._fine, self._agreeing), self.final_validity, self._around, half.certainty,
                 rules, disparity, confidence, *band[1:])
         bands = pool.parts(len(labels))
-        pool.each(write_band, bands, beside(bands))
+        pool.each(write_band, bands, reach=0)
         return disparity, confidence

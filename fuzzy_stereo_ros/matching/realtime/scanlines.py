@@ -7,7 +7,6 @@ Not in the paper, whose random population does not converge in the time of a fra
 passes (Hirschmueller, 2008) take its place, a memetic step on all rows and columns.
 """
 from fuzzy_stereo_ros.matching.arrays import zeros
-from fuzzy_stereo_ros.matching.bands import all_before
 from fuzzy_stereo_ros.matching.kernels.addresses import address_of
 from fuzzy_stereo_ros.matching.kernels.scanlines.column_paths import OVERLAP
 from fuzzy_stereo_ros.matching.kernels.scanlines.row_paths import ROWS_AT_ONCE
@@ -77,17 +76,16 @@ class Scanlines:
             {'costs': kept * strip, 'sums': kept * strip, 'down': row})
         self._scratches, self._memory = [], []
 
-    def search(self, pool, needs=all_before):
+    def search(self, pool, after=None):
         """
-        Run the passes; return the `SearchResult`, memory that the next search overwrites.
+        Run the passes, which write `chosen`: memory that the next search overwrites.
 
-        pool: a ThreadPool, or a Chain, which completes the result; needs: a rule, see `all_before`
+        pool: a ThreadPool, or a Chain, whose mark of this stage is returned; after: a stage of it
         """
         self._reserve(pool.threads)
         self._taken[0] = 0
         self._done[:] = 0
-        pool.each(self._take, *pool.shares(self._needs, needs))
-        return self.chosen
+        return pool.share(self._take, self._needs, after)
 
     def _take(self, most):
         """Do up to so many tasks."""

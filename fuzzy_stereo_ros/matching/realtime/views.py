@@ -122,8 +122,8 @@ class Views:
         """
         Write the features of the pair.
 
-        pool: a ThreadPool, or a Chain; describe: called with a view and a range of rows, writes
-        its features
+        pool: a ThreadPool, or a Chain, whose mark of this stage is returned; describe: called with
+        a view and a range of rows, writes its features
         """
         full, half, shift = self.full, self.half, self._shift
         noise = max(self.noise, COMPRESSED if self._smoothing.compressed else 0.0)
@@ -139,4 +139,4 @@ class Views:
             for views, rows, unit in ((full, band, 256), (half, half_band, 128)):
                 views.denoise(int(unit * tolerance), *widened(rows, CENSUS_ROWS, views.rows))
                 views.describe(describe, *rows[1:])
-        pool.each(describe_band, pool.parts(full.rows, PART))
+        return pool.each(describe_band, pool.parts(full.rows, PART))

@@ -12,7 +12,7 @@ from dataclasses import replace
 from typing import NamedTuple
 
 from fuzzy_stereo_ros.matching.arrays import zeros
-from fuzzy_stereo_ros.matching.bands import beside, widened
+from fuzzy_stereo_ros.matching.bands import widened
 from fuzzy_stereo_ros.matching.kernels.possibility.costs import Prior, weight_of
 from fuzzy_stereo_ros.matching.kernels.scanlines import disparity_ranges
 from fuzzy_stereo_ros.matching.kernels.temporal import previous_best
@@ -227,8 +227,7 @@ class WarmStart:
             rows = slice(*band[1:])
             for source, kept in zip((labels, validity), self._kept):
                 kept[rows] = source[rows]
-        bands = pool.parts(len(labels))
-        pool.each(copy, bands, beside(bands))
+        pool.each(copy, pool.parts(len(labels)), reach=0)
 
     def next_state(self, pool, views, refinement, config, match, before=None):
         """

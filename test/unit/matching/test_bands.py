@@ -11,8 +11,7 @@ from types import SimpleNamespace
 
 from fuzzy_stereo_ros.matching import bands
 from fuzzy_stereo_ros.matching.bands import (
-    all_before, beside, Chain, cut_bands, cut_parts, first_of, HelperPlaces,
-    MOST_PARTS, nothing_before, ThreadPool, widened)
+    Chain, cut_bands, cut_parts, HelperPlaces, MOST_PARTS, ThreadPool, widened)
 from hypothesis import given, settings, strategies as st
 import numpy as np
 import pytest
@@ -215,7 +214,7 @@ def test_an_item_begins_once_the_items_it_needs_are_done(threads, shares):
     def work(item):
         assert done.issuperset(range(needs[item - 100]))
         done.add(item - 100)
-    pool.each(work, range(100, 100 + len(needs)), first_of(needs))
+    pool.run(work, range(100, 100 + len(needs)), needs)
     pool.close()
     assert done == set(range(len(needs)))
 
@@ -229,7 +228,7 @@ def test_an_item_that_waits_begins_as_soon_as_what_it_needs_is_done():
         if item == 2:
             third.set()
         done.append(item)
-    pool.each(work, range(4), first_of([0, 0, 0, 3]))
+    pool.run(work, range(4), [0, 0, 0, 3])
     pool.close()
     assert done[2:] == [0, 3]
 
@@ -237,15 +236,14 @@ def test_an_item_that_waits_begins_as_soon_as_what_it_needs_is_done():
 def test_stages_of_a_chain_need_those_before_or_the_bands_that_they_read():
     calls, done, bands = [], [], cut_bands(640)
     chain = Chain(SimpleNamespace(
-        threads=2, parts=None, shares=None, each=lambda *call: calls.append(call)))
-    for needs in (all_before, nothing_before, all_before, beside(bands), beside(bands, 1)):
-        chain.each(done.append, bands, needs)
-    so_far = chain.stages_so_far()
-    for needs in (all_before, so_far):
-        chain.each(done.append, bands, needs)
+        threads=2, parts=None, run=lambda *call: calls.append(call)))
+    marks = [chain.each(done.append, bands, *rule)
+             for rule in ((), (0,), (), (None, 0), (None, 1))]
+    chain.each(done.append, bands)
+    chain.each(done.append, bands, after=marks[-1])
     chain.run()
     (work, items, needs), = calls
-    assert [needs(0, index) for index in range(28)] == [
+    assert needs == [
         *[0] * 8, *[8] * 4, 9, 10, 11, 12, 14, 15, 16, 16, *[20] * 8]
     for item in items:
         work(item)
@@ -256,7 +254,7 @@ def test_a_chain_begins_what_needs_nothing_before_what_others_do_has_ended():
     pool, second = ThreadPool(2), threading.Event()
     chain = Chain(pool)
     chain.each(lambda _: second.wait(PATIENCE) or pytest.fail('it waits'), [0])
-    chain.each(lambda _: second.set(), [0], nothing_before)
+    chain.each(lambda _: second.set(), [0], after=0)
     chain.run()
     pool.close()
     assert second.is_set()
@@ -289,7 +287,7 @@ def test_an_exception_at_any_line_of_any_thread_ends_the_call_for_all_threads(
     def call():
         sys.settrace(trace)
         try:
-            pool.each(work, range(len(needs)), first_of(needs))
+            pool.run(work, range(len(needs)), needs)
             told.append(None)
         except Struck as error:
             told.append(error)
@@ -306,7 +304,7 @@ def test_an_exception_at_any_line_of_any_thread_ends_the_call_for_all_threads(
     assert not caller.is_alive()
     assert told[0] is not None or sorted(done) == list(range(len(needs)))
     done.clear()
-    pool.each(done.append, range(9), first_of(range(9)))
+    pool.run(done.append, range(9), range(9))
     assert done == list(range(9))
     assert told[1] == len(working)      # nobody has gone on
     pool.close()

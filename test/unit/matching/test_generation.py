@@ -47,7 +47,8 @@ class Selected:
             parents.append((PREVIOUS, before))
         self.generation, pool = Generation(possibility, few, mutation), ThreadPool(threads)
         chain = Chain(pool)
-        self.chosen = self.generation.select(
+        self.chosen = self.generation.chosen
+        self.generation.select(
             chain, SimpleNamespace(prior=half, chosen=SimpleNamespace(labels=found)),
             before and parent_of(*before[:6], shift=shift),
             older if previous else None)

@@ -5,7 +5,7 @@ from functools import cache
 
 import cv2
 from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
-from fuzzy_stereo_ros.matching.bands import all_before, ThreadPool
+from fuzzy_stereo_ros.matching.bands import ThreadPool
 from fuzzy_stereo_ros.matching.kernels.planes import plain_regions as kernels
 from fuzzy_stereo_ros.matching.kernels.possibility.costs import Prior
 from fuzzy_stereo_ros.matching.over_frames.pictures import NoiseEstimate
@@ -69,7 +69,7 @@ def half_size_result(labels, prior):
 def found_and_mutated(plain_regions, pool, half):
     """Find the plain regions of a pair, and give them their planes; half: see mutate."""
     plain_regions.find(pool)
-    plain_regions.split(pool, all_before)
+    plain_regions.split(pool)
     plain_regions.mutate(pool, half)
 
 

@@ -4,7 +4,7 @@
 from types import SimpleNamespace
 
 from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
-from fuzzy_stereo_ros.matching.bands import all_before, ThreadPool
+from fuzzy_stereo_ros.matching.bands import ThreadPool
 from fuzzy_stereo_ros.matching.evolution import Random
 from fuzzy_stereo_ros.matching.kernels.planes import segments
 from fuzzy_stereo_ros.matching.kernels.possibility.features import MARGIN
@@ -161,8 +161,8 @@ def test_a_wall_that_was_half_wrong_is_proposed_as_one_plane():
     pool = ThreadPool(1)
     for band in pool.parts(rows):
         regions.count(validity, band)
-    regions.place(pool, all_before)
-    regions.gather(pool, chosen, validity, all_before)
+    regions.place(pool)
+    regions.gather(pool, chosen, validity)
     regions.mutate(pool, labels, Random((0,)))
     assert (regions.mutant == 8).all()
 
