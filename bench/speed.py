@@ -26,11 +26,10 @@ from fuzzy_stereo_ros.commands.benchmark import take_turns
 from fuzzy_stereo_ros.evaluation.baselines import grey, opencv_threads, TUNED
 from fuzzy_stereo_ros.evaluation.ground_truth import MIDDLEBURY
 from fuzzy_stereo_ros.evaluation.matchers import Ours
-from fuzzy_stereo_ros.evaluation.report import Table
+from fuzzy_stereo_ros.evaluation.report import environment, Table
 from fuzzy_stereo_ros.matching import MatcherConfig
 from fuzzy_stereo_ros.matching.bands import processors
 from fuzzy_stereo_ros.matching.realtime.still_scene import SETTLED
-import numba
 import numpy as np
 import pandas as pd
 
@@ -187,7 +186,7 @@ def print_turns(folder, repeats, quick):
                               for name in ('left', 'right')})
     sizes = QUICK_SIZES if int(quick) else SIZES
     turns = pd.DataFrame(race(Request(), pair, sizes[0], 1, int(repeats)))
-    versions = f'numba {numba.__version__}, NumPy {np.__version__}, OpenCV {cv2.__version__}'
+    versions = environment('1')[VERSIONS].replace('not installed', 'as here')
     turns.assign(**{VERSIONS: versions}).to_csv(sys.stdout)
 
 
