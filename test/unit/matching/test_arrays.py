@@ -12,33 +12,14 @@ import numpy as np
 import pytest
 
 
-@pytest.mark.parametrize('shape, dtype', (
-    (SMALL, np.uint8), ((100, 41), np.float32), ((3, 50, 70), np.int64), (7, float),
-    ((0, 5), np.int16), (OWN, np.uint8), ((np.int64(640), np.int64(480)), np.uint16)))
-def test_memory_is_what_numpy_has(shape, dtype):
-    array, expected = zeros(shape, dtype), np.zeros(shape, dtype)
-    assert (array.shape, array.dtype, array.strides) == (
-        expected.shape, expected.dtype, expected.strides)
-    assert array.flags.c_contiguous and array.flags.writeable and not array.any()
-    assert array.nbytes < SMALL or array.ctypes.data % LINE == 0
-
-
 def test_arrays_share_no_byte_and_begin_at_lines_but_not_at_one_place_of_a_page():
     arrays = [zeros(SMALL + extra, np.uint8) for extra in (0, 1, 0, LINE, 0)]
     for number, array in enumerate(arrays):
         array[:] = number
     assert all((array == number).all() for number, array in enumerate(arrays))
     places = [array.ctypes.data for array in arrays]
-    assert not any(place % LINE for place in places)
+    assert not any(place % LINE for place in (*places, zeros(OWN, np.uint8).ctypes.data))
     assert len({place % 4096 for place in places}) == len(places)
-
-
-def test_a_new_block_begins_where_the_last_one_ends():
-    arrays = [zeros(OWN - 1, np.uint8) for _ in range(BLOCK // OWN + 1)]
-    for array in arrays:
-        array[:] = 1
-    assert len({id(array.base) for array in arrays}) > 1
-    assert not zeros(OWN - 1, np.uint8).any()
 
 
 def test_a_block_ends_with_the_last_of_its_arrays():

@@ -36,12 +36,6 @@ def test_a_widened_band_is_so_many_rows_higher_on_both_sides_inside(first, heigh
     assert widened(band, reach, rows) == (max(first - reach, 0), min(band[2] + reach, rows))
 
 
-@pytest.mark.parametrize('rows, count', [
-    (1, 1), (127, 1), (128, 2), (639, 2), (640, 4), (1279, 4), (1280, 8), (4000, 8)])
-def test_larger_images_are_cut_into_more_bands(rows, count):
-    assert len(cut_bands(rows)) == count
-
-
 @given(st.integers(1, 5000), st.integers(1, 200), st.sampled_from([1, 32, 64]))
 def test_no_part_is_empty_and_there_are_at_most_so_many(rows, threads, height):
     parts = cut_parts(rows, threads, height)
@@ -110,16 +104,6 @@ def times_of_frames(frames, times, noise=0.0, places=None):
     return np.array(taken)
 
 
-@pytest.mark.parametrize('times', [
-    {True: 12, False: 15}, {True: 24, False: 20}, {True: 20, False: 20}, {True: 32, False: 20},
-    {True: 20, False: 20.8}])
-@pytest.mark.parametrize('noise', [0.0, 0.2])
-def test_helpers_are_where_they_are_faster_but_for_a_few_trials(times, noise):
-    taken = times_of_frames(20000, times, noise)
-    assert taken.mean() < 1.03
-    assert np.percentile(taken, 95) < 1.05
-
-
 def test_helpers_change_over_within_frames_when_other_programs_begin_and_end():
     places = HelperPlaces()
     idle, busy = {True: 12, False: 15}, {True: 26, False: 20}
@@ -127,33 +111,6 @@ def test_helpers_change_over_within_frames_when_other_programs_begin_and_end():
     for times in (busy, idle, busy):
         times_of_frames(100, times, 0.1, places)
         assert np.median(times_of_frames(300, times, 0.1, places)) == 1
-
-
-def test_the_slower_place_is_tried_seldom_while_nothing_changes():
-    places = HelperPlaces()
-    tried = np.cumsum(times_of_frames(4000, {True: 12, False: 18}, 0.1, places) > 1)
-    assert tried[30] == 12 and 12 * 9 <= tried[-1] <= 12 * 11
-
-
-def test_frames_that_take_many_times_as_long_decide_nothing():
-    places, random, apart = HelperPlaces(), np.random.default_rng(2), []
-    for _ in range(4000):
-        apart.append(places.apart)
-        places.add({True: 12.0, False: 15.0}[places.apart] + 500 * (random.random() < 0.1))
-    assert apart.count(False) <= 12 * 12
-
-
-@pytest.mark.skipif(not hasattr(os, 'sched_getaffinity') or len(os.sched_getaffinity(0)) < 2,
-                    reason='needs Linux and two processors')
-def test_a_helper_may_run_everywhere_where_that_is_faster():
-    pool, allowed = ThreadPool(2), os.sched_getaffinity(0)
-    pool.each(lambda item: None, range(2))
-    (apart,) = processors_of_helpers(pool)
-    pool.places.apart = False
-    pool.each(lambda item: None, range(2))
-    assert processors_of_helpers(pool) == [allowed]
-    assert len(apart) == len(allowed) - 1
-    pool.close()
 
 
 def test_a_pool_measures_each_frame_once_a_thread_helps(monkeypatch):

@@ -10,7 +10,6 @@ from fuzzy_stereo_ros.matching.match import Match
 from fuzzy_stereo_ros.matching.plausibility import PlausibilityCheck
 from fuzzy_stereo_ros.synthetic.scenes import make_pair
 from hypothesis import given, settings, strategies as st
-from made_scenes import noisy
 import numpy as np
 import pytest
 
@@ -48,26 +47,10 @@ def test_what_is_nearer_than_the_range_is_no_surface(known, profile):
     assert match.enough > CUT
 
 
-def test_nothing_lies_beyond_a_range_that_fits(known):
-    match = with_range(known, disparities=RANGE)
-    assert match.beyond < 0.001
-
-
 def test_what_is_nearer_is_not_filled_where_it_was_found(known):
     match = with_range(known, fill=True)
     assert np.isnan(match.disparity[known.truth > TOP + 0.5]).mean() > 0.8
     assert not match.confidence[np.isnan(match.disparity)].any()
-
-
-def test_the_next_frames_reject_what_is_nearer_too(known):
-    matcher = StereoMatcher(MatcherConfig(disparities=CUT))
-    nearer = known.truth > TOP + 0.5
-    random = np.random.default_rng(0)
-    for _ in range(4):
-        match = matcher.match(*noisy((known.left, known.right), 2, random))
-        assert (match.confidence[nearer] >= 0.5).mean() <= 0.05
-        assert matcher.state.config == matcher.config
-    assert match.warm
 
 
 @settings(max_examples=50, deadline=None)

@@ -23,14 +23,6 @@ def test_every_disparity_of_the_full_size_lies_in_the_range_of_the_reduced_one(
     assert small.min_disparity <= disparity <= small.min_disparity + small.disparities - 1
 
 
-@given(ranges, scales)
-def test_no_more_is_searched_than_the_full_range_needs(searched, scale):
-    first, count = searched
-    small = MatcherConfig(min_disparity=first, disparities=count).at_scale(scale)
-    assert small.min_disparity > first * scale - 1
-    assert small.min_disparity + small.disparities - 1 < (first + count - 1) * scale + 1
-
-
 def test_parameters_in_pixels_shrink_and_all_others_stay():
     config = MatcherConfig.from_profile(
         'quality', min_disparity=-3, disparities=64, speckle_size=100, speckle_range=4,
@@ -52,12 +44,6 @@ def test_parameters_in_pixels_shrink_and_all_others_stay():
 def test_a_scale_that_does_not_reduce_is_rejected(scale):
     with pytest.raises(ValueError, match=f'scale is {scale}; allowed are numbers above 0 up to 1'):
         MatcherConfig().at_scale(scale)
-
-
-@pytest.mark.parametrize('name', ['name', 'cls', 'self', 'profile'])
-def test_the_profile_is_not_a_parameter(name):
-    with pytest.raises(ValueError, match=f'no parameter is called {name}; there are disparities'):
-        MatcherConfig.from_profile('realtime', **{name: 'paper'})
 
 
 class Watched(MatcherConfig):

@@ -4,7 +4,6 @@
 from census_scene import random_map, read_moved, small_pair
 from fuzzy_stereo_ros.matching.bands import ThreadPool
 from fuzzy_stereo_ros.matching.kernels.scanlines.disparity_ranges import flat
-from fuzzy_stereo_ros.matching.kernels.simd import LANES
 from fuzzy_stereo_ros.matching.kernels.units import INVALID
 from fuzzy_stereo_ros.matching.over_frames.pictures import luminance_shift
 from fuzzy_stereo_ros.matching.realtime.half_size import (
@@ -94,18 +93,3 @@ def test_the_half_size_chromosome_is_put_together_as_by_the_twins(
             (half.labels, half.validity, half.prior.labels, half.prior.weights),
             half_map_of_twins(left, right, disparities, places, min_disparity)):
         np.testing.assert_array_equal(found, expected)
-
-
-def test_noise_is_not_taken_for_texture():
-    shape, disparities = (60, 120), 16
-    possibility = CensusPossibility(shape[0] // 2, shape[1] // 2, disparities // 2, HALF_SIZE)
-    half_size, pool = HalfSize(possibility, *shape, disparities), ThreadPool(1)
-    random = np.random.default_rng(1)
-    grey = np.zeros((shape[0], shape[1] + LANES), np.uint8)
-    for noise in (1, 5, 9):
-        grey[:] = np.rint(128 + noise * random.standard_normal(grey.shape))
-        half_size.complete(pool, grey, float(noise))
-        assert half_size.weak.mean() > 0.95
-    grey[:, 2::4] = grey[:, 3::4] = 200
-    half_size.complete(pool, grey, 9.0)
-    assert half_size.weak.mean() < 0.05

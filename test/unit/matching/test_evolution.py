@@ -80,12 +80,6 @@ def test_equal_words_give_equal_numbers_from_0_to_below_1(words, number):
     assert ((draws >= 0) & (draws < 1)).all()
 
 
-def test_a_child_of_a_random_source_draws_other_numbers():
-    draws = {Random(words).uniform(1)[0] for words in ((), (0,), (1,), (0, 0), (0, 1), (1, 0))}
-    assert len(draws) == 6
-    assert Random((1,)).child(2, 3) == Random((1, 2, 3))
-
-
 @given(arrays.arrays(np.uint16, st.tuples(st.integers(1, 5), st.integers(1, 6),
                                           st.integers(1, 6)), elements=st.integers(0, 2)),
        st.data())
@@ -95,14 +89,6 @@ def test_diversity_is_the_mean_share_of_cells_unlike_the_best(population, data):
               for index, member in enumerate(population) if index != best]
     expected = np.mean(others) if others else 0
     assert diversity(population, best, step=1) == pytest.approx(expected)
-
-
-def test_diversity_looks_at_a_sample_of_the_cells():
-    population = np.zeros((2, 17, 9), np.uint16)
-    population[1, ::8, ::8] = 1
-    assert diversity(population, 0) == 1
-    population[1] = 1 - population[1]
-    assert diversity(population, 0) == 0
 
 
 COMMON = {'disparities': 24, 'threads': 1, 'generations': 2, 'reference': 'left'}
@@ -208,11 +194,3 @@ def test_a_deadline_that_does_not_come_and_one_that_came_before_change_no_bit(cl
     matcher.config = config         # which has no deadline
     matcher.reset()
     assert bits(matcher.match(SCENE.left, SCENE.right)) == bits(free)
-
-
-def test_threads_that_share_the_work_stop_alike(clock, config):
-    in_all = operators_in_all(config, clock)
-    for deadline in range(1, in_all + 1):
-        one, three = (matched(config, clock, threads=threads, deadline_ms=deadline - 0.5)[0]
-                      for threads in (1, 3))
-        assert bits(one) == bits(three)

@@ -1,7 +1,6 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Generations from frame to frame: what a sequence inherits, and what it does not."""
-from dataclasses import replace
 
 from bench.draws import with_noise
 from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
@@ -29,12 +28,6 @@ def still(config, frames=FRAMES, noise=0.5, seed=3, stages=None):
             for _ in range(frames)], matcher, made
 
 
-def test_each_frame_is_one_generation_that_begins_with_the_previous_best():
-    matches, _, _ = still(CONFIG)
-    assert [match.generations for match in matches] == [1] * FRAMES
-    assert [match.warm for match in matches] == [False] + [True] * (FRAMES - 1)
-
-
 @pytest.mark.parametrize('noise', [0, 0.5])
 def test_a_scene_that_stands_still_gets_better_and_never_worse_than_cold(noise):
     matches, _, made = still(CONFIG, noise=noise)
@@ -43,26 +36,12 @@ def test_a_scene_that_stands_still_gets_better_and_never_worse_than_cold(noise):
     assert noise == 0 or bad[-1] < bad[0]
 
 
-def test_sequences_are_the_same_with_any_number_of_threads():
-    one, three = (still(replace(CONFIG, threads=threads))[1].state.own for threads in (1, 3))
-    for name in ('labels', 'validity'):
-        np.testing.assert_array_equal(getattr(one, name), getattr(three, name))
-
-
 def test_a_frame_of_another_scene_inherits_nothing():
     matcher = still(CONFIG)[1]
     other = make_pair(160, 240, 32, 9, objects=4, colour=True)
     match = matcher.match(other.left, other.right)
     cold = StereoMatcher(CONFIG).match(other.left, other.right)
     np.testing.assert_array_equal(match.disparity, cold.disparity)
-
-
-def test_a_covered_lens_never_gets_confidence_however_long_it_is_covered():
-    random, matcher = np.random.default_rng(0), StereoMatcher(CONFIG)
-    for _ in range(14):
-        pair = (with_noise(np.full((160, 240, 3), 30, np.uint8), 1.5, random) for _ in range(2))
-        match = matcher.match(*pair)
-    assert (match.confidence > 0.95).mean() < 0.001
 
 
 def test_the_parts_of_a_sequence_change_nothing():

@@ -2,9 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """The public face of the matcher in the profile realtime."""
 from dataclasses import replace
-import pydoc
 
-from fuzzy_stereo_ros.matching import Match, MatcherConfig, PROFILES, StereoMatcher
+from fuzzy_stereo_ros.matching import MatcherConfig, PROFILES, StereoMatcher
 from fuzzy_stereo_ros.matching.evolution import Random
 from fuzzy_stereo_ros.matching.matcher import ALGORITHMS
 from fuzzy_stereo_ros.matching.realtime import matcher as realtime
@@ -121,13 +120,6 @@ def test_pixels_of_higher_confidence_are_right_more_often():
     assert shares[0] <= shares[1] / 2 < shares[2] / 4
 
 
-@pytest.mark.parametrize('kind', [np.uint8, np.uint16])
-@pytest.mark.parametrize('grey', [0, 128, 255])
-def test_a_covered_camera_sees_nothing_at_any_distance(grey, kind):
-    blank = np.full((40, 60), grey, kind)
-    assert np.all(np.isnan(StereoMatcher(CONFIG).match(blank, blank).disparity))
-
-
 @pytest.mark.parametrize('options', [
     {'min_disparity': -12, 'colour': True}, {'min_disparity': 9, 'bits': 12}, {'exposure': 1.3},
     {'noise': 8.0}])
@@ -138,16 +130,6 @@ def test_made_scenes_are_found_but_for_few_pixels(options):
         found.append(wrong(matched(pair, CONFIG, fill=True,
                                    min_disparity=options.get('min_disparity', 0)), pair))
     assert np.mean(found) < 2 and max(found) < 3
-
-
-def test_disparities_are_finer_than_a_pixel():
-    pair = make_pair(160, 240, 24)
-    match = matched(pair, CONFIG)
-    error = abs(match.disparity - pair.truth)[pair.visible & np.isfinite(match.disparity)]
-    whole = abs(np.rint(match.disparity) - pair.truth)[
-        pair.visible & np.isfinite(match.disparity)]
-    assert np.median(error) < 0.1
-    assert np.median(error) < np.median(whole) / 2
 
 
 # ---- the course of a match ----
@@ -165,15 +147,6 @@ def test_the_observer_sees_every_generation_s_population():
         assert all(chromosomes.shape[1:] == (60, 100) for chromosomes in members)
         assert all(chromosomes.dtype == np.uint8 for chromosomes in members)
         assert [len(chromosomes) for chromosomes in members] == [1]
-
-
-def test_times_by_stage_sum_up_to_the_total():
-    match = matched(scene(), CONFIG)
-    stages = dict(match.times)
-    total = stages.pop('total')
-    assert {'possibility', 'coarse', 'selection', 'generations', 'refinement'} <= set(stages)
-    assert all(milliseconds >= 0 for milliseconds in stages.values())
-    assert 0 < sum(stages.values()) <= total
 
 
 @pytest.mark.parametrize(('rows', 'columns'), [(1, 1), (1, 30), (20, 1), (0, 30), (2**16, 2**15)])
@@ -210,13 +183,6 @@ def test_a_matcher_is_made_of_a_profile_or_a_config_and_changes_of_either():
         assert '\n' not in str(raised.value)
 
 
-def test_help_says_what_a_match_holds_with_shapes_units_and_what_is_invalid():
-    for text in map(pydoc.plaintext.document, (StereoMatcher.match, Match)):
-        for words in ('disparity: float32 (R, C), p', 'NaN = invalid',
-                      'confidence: float32 (R, C), 0 to 1', 'float32 (R, C), metres'):
-            assert words in ' '.join(text.split()), words
-
-
 # ---- the previous frame ----
 
 
@@ -241,14 +207,6 @@ def test_after_a_reset_or_another_size_a_frame_is_cold():
     assert not matcher.match(larger.left, larger.right).warm
     assert not matcher.match(pair.left, pair.right).warm
     assert matcher.match(pair.left, pair.right).warm
-
-
-def test_without_warm_start_a_restored_state_is_not_used():
-    pair, matcher = scene(), StereoMatcher(replace(CONFIG, warm_start=False))
-    warm_one = StereoMatcher(CONFIG)
-    cold = warm_one.match(pair.left, pair.right)
-    matcher.restore(warm_one.state)
-    assert bits(cold) == bits(matcher.match(pair.left, pair.right))
 
 
 @pytest.mark.parametrize('stamped', [False, True])

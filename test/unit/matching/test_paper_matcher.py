@@ -177,25 +177,6 @@ def test_a_child_of_regions_is_at_least_as_fit_as_both_parents_who_are_alike():
         assert np.all((genes == former[first]) | (genes == former[second]))
 
 
-def test_fusion_comes_in_the_second_half_and_gains():
-    gains = [row.gains['fusion'] for row in evolved(generations=20)[1].history]
-    assert not any(gains[:9])
-    assert any(gains[9:])
-    assert min(gains) >= 0
-
-
-def test_fusion_changes_the_fittest_alone():
-    matcher, _ = evolved(generations=0)
-    population, tools = matcher.population, matcher._tools
-    fittest = population.best
-    former, fitness = population.genes.copy(), population.fitness.copy()
-    population.generation, tools.config = 4, config_for(generations=4)
-    operators.fuse_retained(tools, population, Random((0,)))
-    np.testing.assert_array_equal(np.delete(population.genes, fittest, 0),
-                                  np.delete(former, fittest, 0))
-    assert population.fitness[fittest] > fitness[fittest]
-
-
 @pytest.mark.parametrize('reading', READINGS)
 def test_gains_add_up_to_the_rise_of_the_best_which_never_declines(reading):
     matcher, _ = evolved(reading=reading, generations=0)
@@ -212,13 +193,6 @@ def test_a_wall_is_found_from_noise():
     """A textured wall of one disparity, but for the columns that the right image does not see."""
     _, match = evolved(generations=100)
     assert np.mean(match.disparity[:, 4:-1] == 3) > 0.97
-
-
-@pytest.mark.parametrize('reading', READINGS)
-def test_a_uniform_pair_is_rejected(reading):
-    uniform = np.full((ROWS, COLUMNS, 3), 90, np.uint8)
-    _, match = evolved((uniform, uniform), reading=reading)
-    assert np.isnan(match.disparity).all() and (match.confidence == 0).all()
 
 
 @pytest.mark.parametrize('reading', READINGS)

@@ -51,15 +51,6 @@ def test_a_population_is_moved_as_by_the_twins(rows, columns, down, right, seed)
             np.testing.assert_allclose(genes, expected, rtol=0 if kind == np.uint16 else 1e-6)
 
 
-def test_a_map_grows_out_of_noise_while_frames_come():
-    pairs = frames()
-    matches, _ = matches_of(pairs, generations=4)
-    bad = [wrong(match, pair) for match, pair in zip(matches, pairs)]
-    assert bad[0] > 30 and bad[-1] < bad[0] / 4
-    assert bad == sorted(bad, reverse=True)
-    assert [match.warm for match in matches] == [False, *[True] * (FRAMES - 1)]
-
-
 def test_the_whole_population_is_handed_on_fittest_first():
     _, matcher = matches_of(frames(2))
     population, genes = matcher.algorithm.population, matcher.state.own.genes
@@ -116,15 +107,6 @@ def test_the_same_bits_with_any_number_of_threads_and_after_being_restored():
     assert again == last
     shared, _ = matches_of(pairs, CAMERA, threads=3)
     assert [*map(bits, shared)] == [*map(bits, first), *last]
-
-
-def test_a_population_of_another_size_inherits_what_there_is():
-    _, matcher = matches_of(frames(3))
-    for population in (1, 9):
-        other = StereoMatcher(replace(CONFIG, population=population))
-        other.restore(matcher.state)
-        match = other.match(*frames(4)[-1][:2])
-        assert match.warm and wrong(match, frames(4)[-1]) < 10
 
 
 def test_confidence_is_true_before_a_map_has_settled():

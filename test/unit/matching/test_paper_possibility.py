@@ -10,7 +10,7 @@ from fuzzy_stereo_ros.matching.kernels.simd import LANES
 from fuzzy_stereo_ros.matching.paper.fitness import inside
 from fuzzy_stereo_ros.matching.paper.possibility import (
     BENT, class_levels, GRADIENT_CENTRES, GRADIENT_SIGMA, gradient_table, LiteralPossibility,
-    nearness, RISE_REACH, shared_membership, slopes_of, uniform_membership, very_possible_table)
+    nearness, RISE_REACH, shared_membership, slopes_of, uniform_membership)
 from hypothesis import given, settings, strategies as st
 import numpy as np
 import pytest
@@ -60,23 +60,12 @@ def test_the_table_of_gradients_is_symmetric_and_full_where_levels_are_equal():
     assert table[160, 96] < table[160, 128] < table[160, 152] < 255
 
 
-def test_very_possible_is_the_square():
-    table = very_possible_table()
-    assert (table[0], table[255]) == (0, 255)
-    assert abs(table[128] / 255 - (128 / 255)**2) <= 0.5001 / 255
-
-
 def test_levels_are_grey_and_compressed_gradients():
     ramp = np.tile(np.arange(0, 200, 4, dtype=np.uint16), (6, 1))
     grey, across, down = class_levels(ramp << 8)
     np.testing.assert_array_equal(grey, ramp)
     assert set(across[:, 1:-1].ravel()) == {round(128 + 8 * np.log(1 + 8))}
     assert set(down.ravel()) == {128}
-
-
-def test_a_gradient_of_less_than_one_level_of_grey_is_seen():
-    faint = np.tile(np.arange(100 * 256, 101 * 256, 16, dtype=np.uint16), (4, 1))
-    assert class_levels(faint)[1, 1, 4] == round(128 + 8 * np.log(1 + 2 / 16))
 
 
 @pytest.mark.parametrize('disparities, min_disparity', [(4, 0), (5, -3), (3, 9), (3, -40)])

@@ -103,14 +103,6 @@ def test_a_plain_wall_in_noise_takes_the_plane_that_all_of_it_votes_for():
     assert wrong(disparity, pair[2]) < 0.03
 
 
-def test_a_slanted_wall_takes_a_slanted_plane():
-    pair = wall(slope=0.008, noise=3.0, texture=0.43)
-    without, _ = matched(pair, stages=Stages(vote=NotMutated))
-    disparity, _ = matched(pair)
-    assert wrong(without, pair[2]) > 0.25
-    assert wrong(disparity, pair[2]) < 0.06
-
-
 def test_a_wall_that_its_votes_do_not_decide_is_not_confident():
     """Of what is sure in walls of no to enough texture, away from the object, all is right."""
     sure, wrong, decided = 0, 0, []
@@ -139,12 +131,6 @@ def test_what_stays_at_disparity_0_is_no_evidence():
         assert not prior.weights.any()
 
 
-@pytest.mark.parametrize('min_disparity', (-8, 5))
-def test_planes_are_found_wherever_the_range_begins(min_disparity):
-    pair = wall()
-    assert wrong(matched(pair, min_disparity=min_disparity)[0], pair[2]) < 0.04
-
-
 def test_a_textured_picture_is_matched_to_the_same_bits():
     draw = np.random.default_rng(2)
     left = draw.integers(0, 255, SIZE).astype(np.uint8)
@@ -170,15 +156,6 @@ def test_a_map_that_knows_better_than_a_plane_is_kept():
 def test_threads_change_no_bit_of_walls(threads):
     pair = wall(size=(270, 321))       # two bands of half-size rows
     np.testing.assert_array_equal(matched(pair)[0], matched(pair, threads=threads)[0])
-
-
-def test_a_pair_leaves_no_texture_to_the_next_one():
-    """Where the first pair has its wall the second one has its object, and reverse."""
-    pair = wall()
-    other = [np.roll(image, 120, axis=1) for image in pair]
-    matcher = made()
-    matcher.match(*pair[:2])
-    np.testing.assert_array_equal(matcher.match(*other[:2]).disparity, matched(other)[0])
 
 
 def clip(size, count):

@@ -180,16 +180,6 @@ def test_planes_of_regions_are_found_among_outliers():
     np.testing.assert_allclose(found, truth, atol=0.02)
 
 
-def test_planes_are_fitted_to_trusted_pixels_and_flat_where_there_are_few():
-    row, column = np.indices((20, 30))
-    labels = np.zeros((20, 30), np.int32)
-    labels[0, :3] = 1
-    disparity = np.where(column < 20, 0.5 * column, 3).astype(np.float32)
-    found = region_planes(POOL, disparity, column < 12, planes.listed(labels, 2), Random((0,)))
-    np.testing.assert_allclose(found[0], [0.5, 0, 0], atol=0.01)
-    np.testing.assert_allclose(found[1], [0, 0, 0.5], atol=0.01)
-
-
 def plain_segments(values, scale, smallest):
     """Return segments by the paper's rule, sets joined edge by edge."""
     rows, columns = values.shape[:2]

@@ -130,11 +130,6 @@ def test_grey_in_colour_is_matched_as_grey(config):
     check_channels(config, 3, 3)
 
 
-@pytest.mark.parametrize('channels', [(1, 1), (0, 3), (3, 0), (1, 3)])
-def test_where_one_image_alone_has_colour_or_has_one_channel_both_are_grey(channels):
-    check_channels(CONFIGS['realtime'], *channels)
-
-
 def test_strided_and_read_only_images_are_matched_as_any_and_stay_as_they_are(config):
     pair = scene()
     wide = np.repeat(pair.left, 2, axis=1)

@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """The kernels of quality: costs over supports, scanlines along a parent, maps between pixels."""
-from census_scene import random_map, small_pair
+from census_scene import random_map
 from fuzzy_stereo_ros.matching.bands import ThreadPool
 from fuzzy_stereo_ros.matching.crossover import Exchange
 from fuzzy_stereo_ros.matching.kernels.genetic import surface_cost
@@ -10,8 +10,6 @@ from fuzzy_stereo_ros.matching.kernels.possibility import cross_support, fuzzy_c
 from fuzzy_stereo_ros.matching.kernels.possibility.fuzzy_costs import FULL
 from fuzzy_stereo_ros.matching.kernels.refinement import dense_map
 from fuzzy_stereo_ros.matching.kernels.scanlines import eight_directions
-from fuzzy_stereo_ros.matching.quality import scanlines
-from fuzzy_stereo_ros.matching.quality.possibility import Model, SupportPossibility
 from fuzzy_stereo_ros.matching.quality.scanlines import Smoothness, SurfaceScanlines
 from fuzzy_stereo_ros.matching.quality.surface import Steps, SurfaceFitness
 from hypothesis import given, settings, strategies as st
@@ -21,19 +19,6 @@ from reference_crossover import change_of
 import reference_quality as twins
 
 SHAPES = [(1, 9), (9, 1), (2, 2), (7, 33), (5, 70)]
-MODEL = Model(census=7, colour=43, slope=2, gradient=12, blurs=(0.5,), longest=3, near=2, rounds=0)
-
-
-def test_costs_of_pixels_in_strips_are_those_of_the_whole_image_halved(monkeypatch):
-    left, right = small_pair(61, 40)[:2]
-    pair = [(image, image @ np.float32([1, 2, 1])) if image.ndim == 3 else
-            (np.stack([image] * 3, -1), 4 * np.float32(image)) for image in (left, right)]
-    monkeypatch.setattr(scanlines, 'MOST_PIXEL_COSTS', 40 * 32 * 30)
-    volume = scanlines.pixel_costs(ThreadPool(1), *pair, 20, MODEL._replace(rounds=2), 3)
-    whole = SupportPossibility(61, 40, 20, MODEL)
-    whole.set_pair(*pair, 3)
-    whole.fill(ThreadPool(1), MODEL)
-    np.testing.assert_array_equal(volume, np.minimum(whole.costs >> 1, 255))
 
 
 @pytest.mark.parametrize('first_bit, planes', [(0, 2), (24, 3)])

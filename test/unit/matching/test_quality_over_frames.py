@@ -164,28 +164,6 @@ def test_the_same_bits_with_any_number_of_threads_and_after_being_restored():
     assert [*map(bits, shared)] == [*map(bits, (*first, last))]
 
 
-def test_grey_frames_after_coloured_ones_begin_anew():
-    pairs = frames(2, noise=0)
-    _, matcher = matches_of(pairs[:1])
-    grey = [np.ascontiguousarray(image[..., 1]) for image in pairs[1][:2]]
-    matcher.restore(replace(matcher.state, stamp=10))
-    match = matcher.match(*grey, stamp=20)
-    matcher.state.check(DISPARITIES + 16)
-    assert not match.warm
-    assert bits(match) == bits(StereoMatcher(CONFIG).match(*grey, stamp=20))
-
-
-@pytest.mark.slow
-def test_where_objects_move_and_one_appears_no_error_is_added():
-    size = 240, 320, 48
-    fewer, more = (list(make_sequence(*size, 5, 2, objects=objects, motion=1.0, noise=2,
-                                      colour=True)) for objects in (4, 5))
-    pairs, config = [*fewer[1:3], more[3]], replace(CONFIG, disparities=size[2])
-    warm, cold = (matches_of(some, None, StereoMatcher(config))[0][-1]
-                  for some in (pairs, pairs[-1:]))
-    assert wrong(warm, pairs[-1]) < wrong(cold, pairs[-1]) + 0.1
-
-
 # ---- single pairs ----
 
 
@@ -202,12 +180,6 @@ def test_the_history_has_a_row_a_generation_and_crossovers_lose_nothing():
         assert list(row.gains) == list(OPERATORS)
         assert 0 < row.best_fitness < 1 and row.mean_fitness <= row.best_fitness
         assert all(gain >= 0 for name, gain in row.gains.items() if name != 'trust')
-
-
-def test_generations_make_the_planes_fitter():
-    matcher, pair = StereoMatcher(replace(CONFIG, generations=1)), scene()
-    first = matcher.match(pair.left, pair.right).history[0]
-    assert sum(gain for name, gain in first.gains.items() if name != 'trust') > 0.006
 
 
 def test_a_uniform_pair_is_rejected_and_noise_is_not_sure():
@@ -235,12 +207,3 @@ def test_past_the_deadline_the_map_of_realtime_is_the_result():
         np.testing.assert_array_equal(found.disparity[sure], expected.disparity[sure])
         np.testing.assert_array_equal(found.confidence, expected.confidence)
         assert np.isfinite(found.disparity[~sure]).all() == fill
-
-
-def test_an_observer_sees_the_map_as_labels():
-    seen = []
-    pair = scene()
-    StereoMatcher(CONFIG).match(pair.left, pair.right, None,
-                                lambda _, population: seen.append(population.copy()))
-    assert [len(population) for population in seen] == [1, 1, 1, 1]
-    assert all(population.dtype.kind == 'i' and population.max() < 24 for population in seen)

@@ -8,7 +8,6 @@ from fuzzy_stereo_ros.matching.bands import ThreadPool
 from fuzzy_stereo_ros.matching.config import MatcherConfig
 from fuzzy_stereo_ros.matching.kernels.refinement.consistency import check_consistency
 from fuzzy_stereo_ros.matching.kernels.refinement.filling import fill_rows
-from fuzzy_stereo_ros.matching.kernels.refinement.subpixel import CLEAR_MARGIN
 from fuzzy_stereo_ros.matching.kernels.units import CONSISTENT, INVALID, OUTSIDE
 from fuzzy_stereo_ros.matching.realtime.possibility import (
     CensusPossibility, extra_columns, FULL_SIZE)
@@ -78,14 +77,6 @@ def labels_and_validity(draw, dtype=np.uint8):
 def test_speckles_are_those_of_flood_fill(maps, step, smallest):
     np.testing.assert_array_equal(despeckled(*maps, step, smallest),
                                   twins.without_speckles(*maps, step, smallest))
-
-
-@pytest.mark.parametrize('shape', [(25, 40), (1, 300), (300, 1), (300, 40), (700, 9)])
-def test_speckles_of_16_bit_labels_are_those_of_flood_fill(shape):
-    labels = random_map(shape, 3, 4, np.uint16) + np.uint16(300)
-    validity = random_map(shape, 3, 5)
-    np.testing.assert_array_equal(despeckled(labels, validity, 1, 15),
-                                  twins.without_speckles(labels, validity, 1, 15))
 
 
 kinds = st.sampled_from([(np.uint8, 3), (np.uint8, 256), (np.uint16, 600)])     # steps small, wide
@@ -215,29 +206,3 @@ def test_disparities_and_confidence_are_those_of_the_twin(shape, disparities):
 def test_any_range_fill_and_threshold(rows, columns, min_disparity, fill, threshold, seed):
     check((rows, columns), 6, seed, min_disparity=min_disparity, fill=fill,
           confidence_threshold=threshold)
-
-
-def half_certain(shape):
-    """Return what the scanlines chose where every pixel is half certain, and a Refinement."""
-    return SimpleNamespace(
-        labels=np.full(shape, 1, np.uint8), offsets=np.zeros(shape, np.int8),
-        sums=np.zeros(shape, np.uint8), margins=np.full(shape, CLEAR_MARGIN, np.uint8),
-    ), refinement_of(shape, 64, np.uint8)
-
-
-def test_a_pixel_as_sure_as_the_threshold_stays_valid():
-    chosen, refinement = half_certain((5, 5))
-    labels, all_sure = chosen.labels, np.full((5, 5), 255, np.uint8)
-    half = half_at_random(labels.shape, 0, all_sure[:2, :2], all_sure)
-    confidence = float(refinement.write(
-        POOL, labels, chosen, half, keep_all, MatcherConfig())[1][2, 2])
-    assert confidence == pytest.approx(CALIBRATION[5], abs=1e-6)
-    for threshold, known in ((confidence, True), (confidence + 1e-4, False)):
-        disparity, _ = refinement.write(
-            POOL, labels, chosen, half, keep_all,
-            MatcherConfig(confidence_threshold=threshold))
-        assert np.isfinite(disparity[2, 2]) == known
-
-
-def test_confidence_is_the_least_of_lines_as_the_table_is_never_bent_upwards():
-    assert np.diff(CALIBRATION, 2).max() < 1e-9

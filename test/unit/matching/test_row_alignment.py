@@ -6,12 +6,11 @@ from dataclasses import replace
 from bench.conditions import misaligned
 import cv2
 from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
-from fuzzy_stereo_ros.matching.bands import cut_bands, ThreadPool
 from fuzzy_stereo_ros.matching.kernels.possibility.row_alignment import (
     nearest_features, shift_rows)
 from fuzzy_stereo_ros.matching.match import Camera
 from fuzzy_stereo_ros.matching.plausibility import CONFIRMED
-from fuzzy_stereo_ros.matching.row_alignment import LEAST_OFFSET, PERIOD, RowAlignment, Rows
+from fuzzy_stereo_ros.matching.row_alignment import PERIOD, RowAlignment, Rows
 from fuzzy_stereo_ros.matching.row_offsets import terms_at
 from fuzzy_stereo_ros.synthetic.scenes import make_pair
 from hypothesis import given, settings, strategies as st
@@ -76,12 +75,6 @@ def test_shifted_rows_are_those_of_numpy(rows, columns, channels, kind, seed, te
     assert np.abs(found - shifted_by_numpy(image, terms)).max() <= tolerance
 
 
-def test_a_whole_number_of_rows_moves_them_to_the_bit():
-    image = np.random.default_rng(0).integers(0, 255, (30, 40, 3), np.uint8)
-    np.testing.assert_array_equal(shifted(image, (2, 0, 0, 0))[:-2], image[2:])
-    np.testing.assert_array_equal(shifted(image, (-1, 0, 0, 0))[1:], image[:-1])
-
-
 @settings(max_examples=40, deadline=None)
 @given(st.integers(0, 2**20), st.integers(1, 60), st.integers(1, 60), st.integers(1, 256))
 def test_features_are_matched_as_by_the_brute_force_matcher_of_opencv(seed, number, others, most):
@@ -125,15 +118,6 @@ def test_a_single_pair_whose_rows_differ_is_matched_as_well_as_one_whose_rows_fi
     assert wrong(aligned, scene) < wrong(left_alone, scene)
 
 
-@pytest.mark.parametrize('reference', ['left', 'right'])
-def test_the_disparity_stays_that_of_the_reference_image(scene, reference):
-    config = replace(CONFIG, reference=reference)
-    fits, aligned = (StereoMatcher(config).match(scene.left, image).disparity
-                     for image in (scene.right, misaligned(scene.right, tilt=2.0)))
-    inner = np.s_[4:-4]
-    assert (np.abs(fits - aligned)[inner] > 1).mean() < 0.02
-
-
 @pytest.mark.parametrize('tilt', [0.0, 0.05, -0.07])
 def test_below_a_tenth_of_a_pixel_no_bit_changes(scene, tilt):
     right = misaligned(scene.right, tilt=tilt) if tilt else scene.right
@@ -151,14 +135,6 @@ def test_a_match_says_what_was_measured_and_whether_it_was_undone(scene):
     assert (undone.tilt, measured.tilt) == pytest.approx((1.0, 1.0), abs=0.1)
     assert (undone.undone, measured.undone) == (True, False)
     assert undone.faults == measured.faults == ['tilt']
-
-
-def test_rows_of_the_left_image_that_the_right_camera_does_not_see_are_invalid(scene):
-    config = replace(CONFIG, fill=False)
-    for tilt, unseen in ((6.0, np.s_[-4:]), (-6.0, np.s_[:4])):
-        match = StereoMatcher(config).match(scene.left, misaligned(scene.right, tilt=tilt))
-        assert np.isnan(match.disparity[unseen]).all()
-        assert (match.confidence[unseen] == 0).all()
 
 
 @pytest.mark.parametrize('tilt, unseen, nearest', [(6.0, np.s_[-4:], -6), (-6.0, np.s_[:4], 5)])
@@ -238,22 +214,3 @@ def test_what_is_handed_on_gives_the_same_bits(scene):
         np.testing.assert_array_equal(first.disparity, second.disparity)
         np.testing.assert_array_equal(one.rows.points, other.rows.points)
         np.testing.assert_array_equal(one.rows.undone, other.rows.undone)
-
-
-def test_rows_are_moved_to_the_same_bits_by_any_number_of_threads():
-    image = np.random.default_rng(0).integers(0, 256, (3 * ROWS + 3, 90, 3)).astype(np.uint8)
-    assert len(cut_bands(len(image))) > 2
-    terms, expected = np.array((0.7, 0.4, -0.3, 0.2)), shifted(image, (0.7, 0.4, -0.3, 0.2))
-    for threads in (1, 2, 3):
-        moved = RowAlignment(CONFIG)._shifted(ThreadPool(threads), image, terms)
-        np.testing.assert_array_equal(moved, expected)
-
-
-def test_an_offset_that_is_not_surely_another_one_is_kept():
-    points = np.column_stack([np.random.default_rng(0).uniform(0, 200, (60, 2)), np.full(60, 0.0)])
-    points[:, 2] = 1.0
-    alignment, shape = RowAlignment(CONFIG), (200, 200)
-    rows = alignment._stepped(Rows().with_points(points, shape), shape)
-    assert rows.undone[0] == pytest.approx(1.0, abs=0.01)
-    again = alignment._stepped(rows.with_points(points + [0, 0, LEAST_OFFSET / 4], shape), shape)
-    assert again.undone is rows.undone

@@ -4,7 +4,7 @@
 from bench.conditions import misaligned
 from fuzzy_stereo_ros.matching import MatcherConfig, row_offsets, StereoMatcher
 from fuzzy_stereo_ros.matching.row_offsets import (
-    corner_offsets, feature_offsets, Misalignment, misalignment_of, PLACES, row_offset_in_words,
+    corner_offsets, feature_offsets, Misalignment, misalignment_of, row_offset_in_words,
     terms_at)
 from fuzzy_stereo_ros.synthetic.scenes import make_sequence
 from made_scenes import LARGE, large_scene
@@ -60,12 +60,6 @@ def test_tilt_roll_and_zoom_are_recovered_to_a_tenth_of_a_pixel(scene, error, me
     assert found.zoom_percent == pytest.approx(error.get('zoom', 0.0), abs=0.08)
 
 
-@pytest.mark.parametrize('tilt', [-8.0, -3.3, 8.0])
-def test_features_find_an_offset_of_up_to_eight_pixels(scene, tilt):
-    found = by_features(scene, misaligned(scene.right, tilt=tilt))
-    assert found.terms == pytest.approx((tilt, 0, 0, 0), abs=0.1)
-
-
 def test_a_yaw_is_recovered_from_rows_that_converge():
     random = np.random.default_rng(0)
     column, row = random.uniform(0, COLUMNS, 300), random.uniform(0, ROWS, 300)
@@ -108,14 +102,6 @@ def test_exposures_at_different_moments_swing_from_pair_to_pair(swing, faults):
     assert found.advice.startswith('synchronise' if faults else '')
 
 
-def test_pairs_without_change_have_no_swing_and_few_pairs_none_at_all(scene):
-    one = corner_offsets(*known(scene))
-    few = misalignment_of([one] * (row_offsets.PAIRS_OF_SWING - 1), ROWS, COLUMNS)
-    assert few.swing is None
-    enough = misalignment_of([one] * row_offsets.PAIRS_OF_SWING, ROWS, COLUMNS)
-    assert enough.swing == pytest.approx(0, abs=1e-6)
-
-
 def test_pairs_whose_points_contradict_each_other_say_nothing_of_a_swing(scene):
     """Such as of swapped images, of which little is matched, and that wrongly."""
     one, random = corner_offsets(*known(scene)), np.random.default_rng(0)
@@ -127,13 +113,6 @@ def test_pairs_whose_points_contradict_each_other_say_nothing_of_a_swing(scene):
     found = misalignment_of([one] * 8 + wrong, ROWS, COLUMNS)
     assert found.swing == pytest.approx(0, abs=0.05)
     assert found.faults == []
-
-
-def test_an_error_that_is_not_sure_is_no_fault():
-    found = Misalignment(0.6, 0.0, 0.0, 0.0, (0.04,) * 4, None, 50, 1, ROWS, COLUMNS)
-    assert found.faults == ['tilt']
-    assert found._replace(doubts=(0.06,) * 4).faults == []
-    assert found._replace(tilt=0.49, doubts=(0.0,) * 4).faults == []
 
 
 def test_a_fault_is_a_reason_to_warn_unless_it_is_undone_well():
@@ -151,13 +130,6 @@ def test_a_fault_is_a_reason_to_warn_unless_it_is_undone_well():
     assert 'undone' not in found._replace(tilt=0.0, swing=0.8).advice
     assert row_offset_in_words(found._replace(tilt=0.2)).endswith(
         'OK (limit 0.5), undone before matching')
-
-
-def test_the_same_corners_seen_often_are_no_surer(scene):
-    one = corner_offsets(*known(scene))
-    once, often = (misalignment_of([one] * times, ROWS, COLUMNS) for times in (1, 10))
-    assert often.points == 10 * once.points
-    assert often.doubts == pytest.approx(once.doubts, rel=0.15)
 
 
 def test_mistakes_of_the_flow_do_not_move_the_result(scene):
@@ -237,26 +209,6 @@ def test_a_real_pair_fits_as_it_is_and_is_found_turned_by_a_fifth_of_a_degree(na
     assert turned.faults == ['roll']
     assert turned.roll_degrees - plain.roll_degrees == pytest.approx(0.2, abs=0.025)
     assert turned.tilt == pytest.approx(plain.tilt, abs=0.1)
-
-
-@pytest.mark.parametrize('name', ['Aloe', 'Baby1'])
-def test_features_at_the_edges_count_though_most_are_in_the_middle(name):
-    pair = third_size(name, 370, 427)
-    rows, columns = pair.left.shape[:2]
-    roll = -1.5     # px at the right edge
-    plain, turned = (
-        misalignment_of([feature_offsets(pair.left, right, 0, pair.disparities)], rows, columns)
-        for right in (pair.right, misaligned(pair.right, roll=np.rad2deg(2 * roll / columns))))
-    off = PLACES @ (turned.terms - plain.terms - [0, roll, 0, 0])
-    assert np.abs(off).max() < 0.3
-
-
-@pytest.mark.parametrize('name, numbers', [('000027', range(7, 12)), ('000138', (10, 11))])
-def test_rows_of_kitti_2012_converge_and_fit_otherwise(name, numbers):
-    found = matched(kitti_frames(name, numbers)[0], 96)
-    assert found.faults == ['yaw']
-    assert not found.warns
-    assert found.points > 200
 
 
 @pytest.mark.parametrize('name', ['000027', '000138', 'euroc'])

@@ -7,7 +7,6 @@ from fuzzy_stereo_ros.matching import MatcherConfig
 from fuzzy_stereo_ros.matching.bands import ThreadPool
 from fuzzy_stereo_ros.matching.kernels.possibility import sharpness
 from fuzzy_stereo_ros.matching.kernels.possibility.features import MARGIN, SLACK
-from fuzzy_stereo_ros.matching.match import mirrored
 from fuzzy_stereo_ros.matching.over_frames.pictures import NoiseEstimate
 from fuzzy_stereo_ros.matching.realtime.possibility import (
     CensusPicture, COARSE_SIZE, FULL_SIZE, JPEG_SIZE)
@@ -114,16 +113,6 @@ def test_jpeg_is_matched_by_a_model_of_its_own(quality, model):
     assert full.left.least_step == full.right.least_step == model.least_step
 
 
-def test_a_model_is_used_for_its_own_pair_alone():
-    coarse, clean = ([change(texture(seed)) for seed in (0, 1)]
-                     for change in (lambda image: compressed(image, 50), np.copy))
-    views = read(*coarse)
-    views.read(ThreadPool(1), *clean)
-    views.smooth(ThreadPool(1))
-    assert views.full.model == FULL_SIZE
-    assert views.full.left.least_step == FULL_SIZE.least_step
-
-
 def test_jumps_are_cheaper_at_the_edges_before_smoothing():
     left, right = (compressed(texture(seed), 50) for seed in (0, 1))
     views = read(left, right)
@@ -131,14 +120,6 @@ def test_jumps_are_cheaper_at_the_edges_before_smoothing():
     across, down = twins.jump_penalties(left, twins.jump_table(COARSE_SIZE))
     np.testing.assert_array_equal(views.full.penalties.across, across)
     np.testing.assert_array_equal(views.full.penalties.down, down)
-
-
-def test_jpeg_is_seen_in_mirrored_pictures_and_in_bands():
-    left, right = (compressed(texture(seed), 60) for seed in (0, 1))
-    assert read(mirrored(right), mirrored(left))._smoothing.compressed
-    whole = luminances(read(left, right, [(0, 0, SIZE[0])]))
-    parts = luminances(read(left, right, [(0, 0, 64), (1, 64, 128), (2, 128, SIZE[0])]))
-    np.testing.assert_array_equal(whole, parts)
 
 
 @pytest.mark.parametrize('change', [

@@ -140,13 +140,6 @@ def test_mutation_gains_what_it_says_and_never_loses(rows, columns, half, seed):
         assert not outside.any()
 
 
-@pytest.mark.parametrize('largest', [0, 1, 2, 8, LARGEST_HALF])
-def test_each_order_of_magnitude_of_the_size_of_patches_is_as_likely(largest):
-    draws = np.random.default_rng(0).random(1000)
-    halves = 1 + np.sum(draws[:, np.newaxis] >= larger_halves(largest), axis=1)
-    np.testing.assert_array_equal(halves, ((largest + 1.0)**draws).astype(int))
-
-
 @pytest.mark.parametrize('apart, together', [(UNIFORM, True), (UNIFORM + 1, False)])
 def test_a_patch_holds_the_cells_that_are_uniform_with_its_middle(apart, together):
     """Of two walls of different colour a patch strikes one, although all cells would gain."""

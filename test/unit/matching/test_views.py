@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """What is read of images: luminance, halving, census, gradient, penalties, noise."""
 from census_scene import padded, random_map, small_pair
-from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
+from fuzzy_stereo_ros.matching import MatcherConfig
 from fuzzy_stereo_ros.matching.bands import ThreadPool
 from fuzzy_stereo_ros.matching.kernels.possibility import features
 from fuzzy_stereo_ros.matching.kernels.possibility.features import MARGIN
@@ -104,14 +104,6 @@ def test_a_dark_pair_is_brought_to_16_bits_but_for_few_bright_pixels(bright, pla
     assert luminance_shift(dark, lit) == luminance_shift(lit, dark) == places
 
 
-@pytest.mark.parametrize('channels', [0, 3])
-def test_a_dark_pair_of_8_bits_is_matched_as_one_of_16_bits(channels):
-    pair = [image // 5 for image in small_pair(64, 96, channels=channels)]
-    maps = [StereoMatcher(MatcherConfig(disparities=16, threads=1)).match(
-        *(image.astype(dtype) for image in pair)).disparity for dtype in (np.uint8, np.uint16)]
-    np.testing.assert_array_equal(*maps)
-
-
 # ---- noise ----
 
 
@@ -141,21 +133,6 @@ def test_noise_is_found_to_a_tenth_on_a_plain_picture(sigma):
     noise = np.random.default_rng(3).normal(0, sigma, (ROWS, COLUMNS))
     found = estimated(np.rint(smooth_image() + noise).astype(np.uint8))
     assert 0.8 * sigma < found < 1.1 * sigma
-
-
-def test_texture_is_not_taken_for_noise():
-    draw = np.random.default_rng(4)
-    coarse = draw.integers(40, 200, (ROWS // 4, COLUMNS // 4)).astype(float)
-    texture = coarse.repeat(4, axis=0).repeat(4, axis=1)
-    assert estimated(texture.astype(np.uint8)) == 0
-
-
-def test_noise_is_found_where_a_picture_is_plain_although_most_of_it_is_not():
-    draw = np.random.default_rng(5)
-    image = smooth_image()
-    image[:64] += draw.integers(-40, 40, (16, COLUMNS // 4)).repeat(4, axis=0).repeat(4, axis=1)
-    found = estimated(np.rint(image + draw.normal(0, 2.0, image.shape)).astype(np.uint8))
-    assert 1.4 < found < 2.2
 
 
 @settings(max_examples=60)

@@ -1,18 +1,15 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Mutation of realtime: regions of weak texture, their planes, and which of them stay."""
-from types import SimpleNamespace
 
 from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
 from fuzzy_stereo_ros.matching.bands import ThreadPool
-from fuzzy_stereo_ros.matching.evolution import Random
 from fuzzy_stereo_ros.matching.kernels.planes import segments
 from fuzzy_stereo_ros.matching.kernels.possibility.features import MARGIN
-from fuzzy_stereo_ros.matching.kernels.units import CONSISTENT, INVALID, STEPS
+from fuzzy_stereo_ros.matching.kernels.units import CONSISTENT, STEPS
 from fuzzy_stereo_ros.matching.realtime.matcher import Stages
 from fuzzy_stereo_ros.matching.realtime.operators import (
-    AGREEMENT, ENOUGH, GreyRegions, NotMutated, PLANES_TRIED, WeakRegions)
-from fuzzy_stereo_ros.matching.realtime.possibility import CensusPossibility, FULL_SIZE
+    AGREEMENT, ENOUGH, GreyRegions, NotMutated, PLANES_TRIED)
 from hypothesis import example, given, settings, strategies as st
 import numpy as np
 import pytest
@@ -144,27 +141,6 @@ def test_the_mutant_takes_labels_of_planes_that_are_farther_than_one(seed, insid
         segments.write_mutant(regions, found, DISPARITIES, np.array(inside), child, *rows)
     np.testing.assert_array_equal(child, twins.mutant(
         as_map(regions, shape), found.astype(float), DISPARITIES, inside, parent))
-
-
-def test_a_wall_that_was_half_wrong_is_proposed_as_one_plane():
-    rows, columns = 60, 80
-    possibility = CensusPossibility(
-        rows, columns, DISPARITIES, FULL_SIZE, (-DISPARITIES, columns))
-    regions = WeakRegions(possibility, np.uint8)
-    regions.grow(ThreadPool(1), padded(np.full((30, 40), 9000, np.uint16)),
-                 np.ones((30, 40), np.uint8))
-    labels = np.full((rows, columns), 8, np.uint8)
-    labels[:, :30] = 14
-    validity = np.zeros((rows, columns), np.uint8)
-    validity[::3] = INVALID
-    chosen = SimpleNamespace(labels=labels, offsets=np.zeros(labels.shape, np.int8))
-    pool = ThreadPool(1)
-    for band in pool.parts(rows):
-        regions.count(validity, band)
-    regions.place(pool)
-    regions.gather(pool, chosen, validity)
-    regions.mutate(pool, labels, Random((0,)))
-    assert (regions.mutant == 8).all()
 
 
 # ---- in the matcher ----
