@@ -50,12 +50,6 @@ def test_several_threads_have_two_parts_each_and_one_where_images_are_small(rows
     assert len(cut_parts(rows, threads)) == count == len(ThreadPool(threads).parts(rows))
 
 
-def test_two_threads_work_at_the_same_time():
-    pool, both = ThreadPool(2), threading.Barrier(2, timeout=PATIENCE)
-    pool.each(lambda _: both.wait(), range(2))
-    pool.close()
-
-
 def processors_of_helpers(pool):
     return [os.sched_getaffinity(helper.native_id) for helper in pool._helpers]
 
@@ -143,22 +137,6 @@ def test_nobody_waits_for_a_helper_that_does_other_work():
     pool.each(done.append, range(2, 5))
     assert sorted(done) == [0, 1, 2, 3, 4] and not gate.is_set()
     gate.set()
-    pool.close()
-
-
-def test_an_item_that_a_helper_has_begun_is_waited_for():
-    pool, begun, done = ThreadPool(2), threading.Event(), []
-    caller = threading.get_ident()
-
-    def work(item):
-        if threading.get_ident() == caller:
-            assert begun.wait(20)
-        else:
-            begun.set()
-            threading.Event().wait(0.05)
-        done.append(item)
-    pool.each(work, range(2))
-    assert sorted(done) == [0, 1]
     pool.close()
 
 
@@ -311,14 +289,6 @@ def test_an_interrupt_ends_a_match_on_four_threads_and_the_next_one_is_as_before
                           env={**os.environ, 'PYTHONPATH': f'{ROOT}:{ROOT / "test" / "support"}'})
     assert done.returncode == 0, done.stderr
     assert int(done.stdout) > 50
-
-
-@pytest.mark.parametrize('threads', [1, 2])
-def test_an_error_of_the_work_is_raised(threads):
-    pool = ThreadPool(threads)
-    with pytest.raises(ZeroDivisionError):
-        pool.each(lambda item: 1 // item, [2, 1, 0])
-    pool.close()
 
 
 def test_the_threads_of_a_deleted_thread_pool_end():

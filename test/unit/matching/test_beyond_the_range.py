@@ -3,7 +3,7 @@
 """What is nearer than the range is rejected and counted, and becomes no surface of the range."""
 from dataclasses import replace
 
-from fuzzy_stereo_ros.matching import MatcherConfig, PROFILES, StereoMatcher
+from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
 from fuzzy_stereo_ros.matching.bands import ThreadPool
 from fuzzy_stereo_ros.matching.beyond import EXTRA_LABELS, reject_beyond, searched
 from fuzzy_stereo_ros.matching.match import Match
@@ -94,13 +94,3 @@ def test_the_margin_ends_where_the_image_does(disparities, columns, found):
     config = MatcherConfig(disparities=disparities)
     assert searched(config, columns).disparities == found
     assert searched(MatcherConfig(algorithm='paper', disparities=64), 640).disparities == 64
-
-
-@pytest.mark.parametrize('profile', PROFILES)
-@pytest.mark.parametrize('disparities', [1, 248, 256, 257])
-def test_any_range_is_matched_and_kept(profile, disparities):
-    changes = {'population': 2, 'generations': 1} if profile == 'paper' else {}
-    left, right = make_pair(24, 270, 20, 3)[:2]
-    match = StereoMatcher(MatcherConfig.from_profile(
-        profile, disparities=disparities, **changes)).match(left, right)
-    assert not (match.disparity > disparities - 1).any()

@@ -8,7 +8,6 @@ from fuzzy_stereo_ros.synthetic.scenes import make_pair
 from made_scenes import wrong
 import numpy as np
 import pytest
-import skimage
 
 CONFIG = MatcherConfig(disparities=32, threads=1, fill=True)
 FRAMES = 12
@@ -42,20 +41,3 @@ def test_a_frame_of_another_scene_inherits_nothing():
     match = matcher.match(other.left, other.right)
     cold = StereoMatcher(CONFIG).match(other.left, other.right)
     np.testing.assert_array_equal(match.disparity, cold.disparity)
-
-
-def test_the_parts_of_a_sequence_change_nothing():
-    left, right, _ = skimage.data.stereo_motorcycle()
-    random = np.random.default_rng(0)
-    pairs = [[with_noise(image[100:400, 200:500], 1.5, random) for image in (left, right)]
-             for _ in range(FRAMES)]
-    found = []
-    for threads, number in ((1, 1), (5, 5)):
-        matcher = StereoMatcher(MatcherConfig(disparities=60, threads=threads))
-        sequence = [matcher.match(*pair) for pair in pairs]
-        assert len(matcher.algorithm.pool.parts(300)) == number
-        assert matcher.algorithm._warm_start._weights.any()
-        found.append([matcher.state.own.labels, *(match.disparity for match in sequence),
-                      *(match.confidence for match in sequence)])
-    for parts, one in zip(*found):
-        np.testing.assert_array_equal(parts, one)

@@ -15,7 +15,6 @@ from fuzzy_stereo_ros.matching.realtime.scanlines import gene_type
 from fuzzy_stereo_ros.matching.realtime.views import half_disparities
 from hypothesis import given, settings, strategies as st
 import numpy as np
-import pytest
 import reference_census
 import reference_generation as twins
 
@@ -96,13 +95,6 @@ def check(*arguments, **options):
         found.expected[0], found.expected[2], found.chosen.target.shape[1] - found.shape[1]))
 
 
-@pytest.mark.parametrize('shape', [
-    (1, 1), (1, 70), (9, 1), (5, 7), (33, 31), (32, 32), (34, 65), (7, 100)])
-@pytest.mark.parametrize('disparities', [1, 2, 24])
-def test_what_is_selected_in_every_size_is_that_of_the_twin(shape, disparities):
-    check(shape, disparities)
-
-
 @settings(max_examples=40, deadline=None)
 @given(st.integers(1, 70), st.integers(1, 70), st.integers(1, 40) | st.sampled_from([256, 257]),
        st.integers(1, 40), st.integers(-60, 9), st.integers(0, 99),
@@ -117,7 +109,3 @@ def test_any_size_range_and_parents_are_those_of_the_twin(
 
 def test_more_genes_than_a_tile_can_have_leave_out_the_largest():
     check((20, 70), 700, spread=700)
-
-
-def test_several_threads_select_what_the_twin_does():
-    check((130, 70), 12, threads=3)

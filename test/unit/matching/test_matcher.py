@@ -15,30 +15,7 @@ import pytest
 
 SECOND = 1_000_000_000
 CONFIG = MatcherConfig(disparities=24, threads=1)
-PAPER = replace(CONFIG, algorithm='paper', population=4, generations=3)
-
-
 # ---- equal input, equal output ----
-
-
-def populations(pair, stamp=None, **changes):
-    """Return copies of the populations after each generation of the paper's algorithm."""
-    matcher, seen = StereoMatcher(replace(PAPER, **changes)), []
-    matcher.match(pair.left, pair.right, stamp,
-                  lambda _, population: seen.append(population.copy()))
-    return seen
-
-
-@pytest.mark.parametrize('one, two', [
-    ({'seed': 0}, {'seed': 1}), ({'stamp': 5}, {'stamp': 6}), ({'stamp': None}, {'stamp': 5})])
-def test_random_numbers_come_from_the_seed_and_the_stamp(one, two):
-    pair = scene()
-    first, again, other = populations(pair, **one), populations(pair, **one), populations(
-        pair, **two)
-    assert len(first) == len(again) == 3
-    for population, same in zip(first, again):
-        np.testing.assert_array_equal(population, same)
-    assert not any(np.array_equal(one, two) for one, two in zip(first, other))
 
 
 def test_without_stamps_random_numbers_come_from_the_number_of_the_frame(monkeypatch):

@@ -152,12 +152,6 @@ def test_a_map_that_knows_better_than_a_plane_is_kept():
     assert not prior.weights.any()
 
 
-@pytest.mark.parametrize('threads', (2, 3))
-def test_threads_change_no_bit_of_walls(threads):
-    pair = wall(size=(270, 321))       # two bands of half-size rows
-    np.testing.assert_array_equal(matched(pair)[0], matched(pair, threads=threads)[0])
-
-
 def clip(size, count):
     """Return at which difference a band is clipped."""
     return max(CLIP * size // max(count, 1), LEAST_CLIP)

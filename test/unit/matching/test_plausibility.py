@@ -38,10 +38,6 @@ def plain(level, noise=1.5, seed=0):
     return noisy([wall], noise, np.random.default_rng(seed))[0]
 
 
-def test_a_pair_that_fits_has_no_finding(scene):
-    assert finding(scene.left, scene.right) is None
-
-
 def deep(image, hot, random):
     """Return an image as of a sensor of 12 bits with a number of hot pixels, uint16."""
     image = image.astype(np.uint16) * 16

@@ -30,24 +30,14 @@ def test_the_census_is_that_of_the_twin(shape, first_bit, planes):
     np.testing.assert_array_equal(codes, twins.census(fine, 2, first_bit, planes))
 
 
-@pytest.mark.parametrize('first_inside', [0, 4])
-@pytest.mark.parametrize('shape', SHAPES)
-def test_the_costs_are_those_of_the_twin(shape, first_inside):
-    check_costs(shape, min(shape[1], 35), 64, first_inside)
-
-
-@pytest.mark.parametrize('disparities', [1, 32, 33, 255, 256, 257, 512])
-def test_the_costs_of_more_disparities_than_columns_are_those_of_the_twin(disparities):
-    check_costs((2, 5), disparities, -(-disparities // 32) * 32, 2)
-
-
-@pytest.mark.parametrize('weights', [(0, 1, 1, 0), (1, 0, 0, 1), (37, 1, 64, 11)])
-def test_the_costs_of_the_largest_differences_are_those_of_the_twin(weights):
-    check_costs((3, 33), 33, 64, 0, spread=1021, weights=weights)
-
-
-def check_costs(shape, disparities, labels, first_inside, spread=12, weights=(5, 3, 16, 4)):
-    rows, columns = shape
+@settings(max_examples=40, deadline=None)
+@given(st.integers(1, 9), st.integers(1, 70),
+       st.integers(1, 40) | st.sampled_from([255, 256, 257, 512]), st.integers(0, 4),
+       st.sampled_from([12, 1021]),
+       st.sampled_from([(5, 3, 16, 4), (0, 1, 1, 0), (1, 0, 0, 1), (37, 1, 64, 11)]))
+def test_the_costs_are_those_of_the_twin(
+        rows, columns, disparities, first_inside, spread, weights):
+    labels = -(-disparities // 32) * 32
     codes, target_codes = (random_map((rows, 2, columns), 65536, seed, np.uint16)
                            for seed in (1, 2))
     planes, target_planes = (
@@ -111,21 +101,11 @@ PATH_SHAPES = [(1, 5), (5, 1), (4, 7), (9, 13)]
 SMOOTHNESS = Smoothness(jump=4.0, small=0.1, at_edge=0.1, edge=20.0)
 
 
-@pytest.mark.parametrize('steepest', [0, 2])
-@pytest.mark.parametrize('upwards', [False, True])
-@pytest.mark.parametrize('shape', PATH_SHAPES)
-def test_paths_follow_the_parent_as_the_twin_does(shape, upwards, steepest):
-    check_paths(shape, 32, upwards, steepest)
-
-
-@pytest.mark.parametrize('upwards', [False, True])
-@pytest.mark.parametrize('labels', [64, 256, 288, 512])
-def test_paths_of_many_labels_are_those_of_the_twin(labels, upwards):
-    check_paths((3, 4), labels, upwards, 5)
-
-
-def check_paths(shape, labels, upwards, steepest):
-    rows, columns = shape
+@settings(max_examples=40, deadline=None)
+@given(st.integers(1, 9), st.integers(1, 13), st.sampled_from([32, 64, 256, 288, 512]),
+       st.booleans(), st.sampled_from([0, 2, 5]))
+def test_paths_follow_the_parent_as_the_twin_does(rows, columns, labels, upwards, steepest):
+    shape = rows, columns
     costs = random_map((*shape, labels), FULL + 1, dtype=np.uint16)
     parent, steps = random_map(shape, 6, 1, np.int16), random_map((4, *shape), 256, 2)
     small, jump = (np.linspace(high, high / 8, 256).astype(np.uint16) for high in (90, 700))

@@ -91,20 +91,18 @@ def check(scanned):
         chosen.target, twins.chosen_by_target(expected[0], expected[2], extra), 'target')
 
 
-@pytest.mark.parametrize('shape, disparities, channels', [
-    *((shape, disparities, 0) for shape in ((1, 1), (1, 9), (9, 1), (2, 2), (5, 7), (13, 37))
-      for disparities in (1, 2, 31, 32, 33)),
-    *(((3, 300), disparities, 3) for disparities in (255, 256, 257, 512))])
-def test_chosen_labels_of_every_size_are_those_of_the_twin(shape, disparities, channels):
-    check(Scanned(shape, disparities, channels=channels))
-
-
 @settings(max_examples=60, deadline=None)
-@given(st.integers(1, 40), st.integers(1, 24), st.integers(1, 130), st.integers(1, 50),
-       st.integers(-60, 9) | st.sampled_from([-2048, -200, 40]))
+@given(st.integers(1, 40), st.integers(1, 24),
+       st.integers(1, 130) | st.sampled_from([255, 256, 257, 512]), st.integers(1, 50),
+       st.integers(-60, 9) | st.sampled_from([-2048, -200, 40]), st.sampled_from([0, 3]))
 def test_any_size_of_images_and_tiles_is_that_of_the_twin(
-        rows, columns, disparities, tile, min_disparity):
-    check(Scanned((rows, columns), disparities, tile, min_disparity))
+        rows, columns, disparities, tile, min_disparity, channels):
+    check(Scanned((rows, columns), disparities, tile, min_disparity, channels=channels))
+
+
+@pytest.mark.parametrize('disparities', [256, 257])
+def test_labels_of_a_byte_and_of_two_in_wide_images_are_those_of_the_twin(disparities):
+    check(Scanned((3, 300), disparities, channels=3))
 
 
 @pytest.fixture(params=[0, 5000, 4 << 20])
@@ -153,14 +151,6 @@ def test_a_kernel_that_may_take_few_tasks_is_called_until_all_are_done(most):
     some.pool.shares = lambda needs: ([most] * -(-len(needs) // most), [0] * len(needs))
     some.search()
     for values, expected in zip(some.scanlines.chosen, whole.scanlines.chosen):
-        np.testing.assert_array_equal(values, expected)
-
-
-@pytest.mark.parametrize('disparities', [40, 300])
-def test_the_number_of_threads_changes_nothing(disparities):
-    one, three = (Scanned((300, 20), disparities, 16, threads=threads)
-                  for threads in (1, 3))
-    for values, expected in zip(three.scanlines.chosen, one.scanlines.chosen):
         np.testing.assert_array_equal(values, expected)
 
 

@@ -1,14 +1,11 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """What is read of images: luminance, halving, census, gradient, penalties, noise."""
-from census_scene import padded, random_map, small_pair
-from fuzzy_stereo_ros.matching import MatcherConfig
-from fuzzy_stereo_ros.matching.bands import ThreadPool
+from census_scene import padded, small_pair
 from fuzzy_stereo_ros.matching.kernels.possibility import features
 from fuzzy_stereo_ros.matching.kernels.possibility.features import MARGIN
 from fuzzy_stereo_ros.matching.over_frames.pictures import luminance_shift, NoiseEstimate
 from fuzzy_stereo_ros.matching.realtime.possibility import CensusPicture
-from fuzzy_stereo_ros.matching.realtime.views import Views
 from hypothesis import given, settings, strategies as st
 import numpy as np
 import pytest
@@ -161,22 +158,3 @@ def test_the_census_compares_the_nearest_as_they_are_and_the_others_denoised(mir
     near, far = (twins.census(image, least_step) for image in (grey, twins.denoised(grey, 5000)))
     expected = (near & 255) + (far & ~255)
     np.testing.assert_array_equal(codes[:, ::-1] if mirrored else codes, expected)
-
-
-@pytest.mark.parametrize('min_disparity', [-30, 0, 3])
-def test_the_bands_of_a_pair_change_nothing(min_disparity):
-    left, right = (random_map((300, 70), 40, seed) for seed in range(2))
-    config = MatcherConfig(disparities=20, min_disparity=min_disparity)
-    found = []
-    for bands in ([(0, 0, 300)], [(0, 0, 64), (1, 64, 128), (2, 128, 192), (3, 192, 300)]):
-        views, pool = Views(config, 300, 70, NoiseEstimate), ThreadPool(1)
-        pool.parts = lambda rows, height, bands=bands: bands
-        views.read(pool, left, right)
-        views.estimate(pool)
-        assert views.noise > 0.4
-        views.describe(pool, CensusPicture.describe)
-        found.append([array for size in (views.full, views.half)
-                      for array in (size.left.census, size.right.census, size.left.slopes,
-                                    size.right.slopes, *size.penalties[1:])])
-    for whole, parts in zip(*found):
-        np.testing.assert_array_equal(whole, parts)
