@@ -126,6 +126,3 @@ def test_changes_beyond_the_largest_are_rejected(change, memory):
     getattr(exchange, memory)[-1] = change
     with pytest.raises(ValueError, match=f'is beyond {LARGEST_CHANGE}'):
         cut(exchange)
-
-
-# ---- the line ----

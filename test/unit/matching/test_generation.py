@@ -96,7 +96,7 @@ def check(*arguments, **options):
 
 
 @settings(max_examples=40, deadline=None)
-@given(st.integers(1, 70), st.integers(1, 70), st.integers(1, 40) | st.sampled_from([256, 257]),
+@given(st.integers(1, 50), st.integers(1, 50), st.integers(1, 40) | st.sampled_from([256, 257]),
        st.integers(1, 40), st.integers(-60, 9), st.integers(0, 99),
        st.tuples(st.integers(-70, 70), st.integers(-70, 70)),
        st.sampled_from(['full', 'cells', None]), st.booleans(), st.integers(0, 1))
