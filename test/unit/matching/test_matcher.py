@@ -186,23 +186,6 @@ def test_after_a_reset_or_another_size_a_frame_is_cold():
     assert matcher.match(pair.left, pair.right).warm
 
 
-@pytest.mark.parametrize('stamped', [False, True])
-def test_a_restored_state_gives_the_next_frame_bit_for_bit(stamped):
-    frames = list(make_sequence(60, 100, 24, 4, noise=3.0, pan=1.0))
-    stamps = [1000 * number if stamped else None for number in range(4)]
-    matcher = StereoMatcher(CONFIG)
-    for frame, stamp in zip(frames[:3], stamps):
-        state = matcher.state
-        matcher.match(frame.left, frame.right, stamp)
-    other, unlike = StereoMatcher(CONFIG), scene(seed=3)
-    other.match(unlike.left, unlike.right)      # leaves no trace
-    other.restore(state)
-    other.match(frames[2].left, frames[2].right, stamps[2])
-    expected = matcher.match(frames[3].left, frames[3].right, stamps[3])
-    assert bits(expected) == bits(other.match(frames[3].left, frames[3].right, stamps[3]))
-    assert expected.warm
-
-
 def test_a_state_is_not_changed_by_later_frames():
     frames = list(make_sequence(60, 100, 24, 3, noise=3.0, pan=1.0))
     matcher = StereoMatcher(CONFIG)

@@ -212,12 +212,3 @@ def test_the_motion_of_the_right_camera_is_that_of_the_left_one_mirrored():
     turned, moved = mirrored.moved
     seen, expected = ((point - (1, 0, 0)) * (-1, 1, 1), (there - (1, 0, 0)) * (-1, 1, 1))
     np.testing.assert_allclose(turned @ seen + moved, expected, atol=1e-12)
-
-
-def test_threads_change_no_bit_of_a_drive():
-    frames = drive(4, noise=6.0)
-    one, two = matcher(), matcher(threads=2)
-    for pair in frames:
-        found = [made.match(pair.left, pair.right, camera=CAMERA) for made in (one, two)]
-        assert np.array_equal(found[0].disparity, found[1].disparity)
-    assert found[0].motion == camera_motion.FOLLOWED

@@ -98,17 +98,6 @@ def test_after_a_cut_or_another_size_all_begins_anew(shape):
         assert bits(found) == bits(fresh.match(after.left, after.right))
 
 
-def test_the_same_bits_with_any_number_of_threads_and_after_being_restored():
-    pairs = frames(4, drive=0.08)
-    first, matcher = matches_of(pairs[:2], CAMERA)
-    other = StereoMatcher(CONFIG)
-    other.restore(matcher.state)
-    last, again = ([*map(bits, matches_of(pairs[2:], CAMERA, one)[0])] for one in (matcher, other))
-    assert again == last
-    shared, _ = matches_of(pairs, CAMERA, threads=3)
-    assert [*map(bits, shared)] == [*map(bits, first), *last]
-
-
 def test_confidence_is_true_before_a_map_has_settled():
     for generations in (4, 8):
         pairs = frames(5)

@@ -15,7 +15,7 @@ from fuzzy_stereo_ros.matching.quality.operators import OPERATORS
 from fuzzy_stereo_ros.matching.quality.seed import parent_of, ScanlineSeed
 from fuzzy_stereo_ros.synthetic.scenes import FOCAL, make_sequence
 import made_scenes
-from made_scenes import bits, matched, scene, wrong
+from made_scenes import matched, scene, wrong
 import numpy as np
 import pytest
 
@@ -149,19 +149,6 @@ def test_after_a_cut_all_begins_anew():
     turned = [np.ascontiguousarray(image[::-1]) for image in other[:2]]
     match = matcher.match(*turned)
     assert not match.warm and match.generations == CONFIG.generations
-
-
-def test_the_same_bits_with_any_number_of_threads_and_after_being_restored():
-    pairs = frames(3, (130, 160), drive=0.08, noise=1.0)
-    first, matcher = matches_of(pairs[:2], CAMERA)
-    matcher.state.check(DISPARITIES + 16)
-    other = StereoMatcher(CONFIG)
-    other.restore(matcher.state)
-    (last,), _ = matches_of(pairs[2:], CAMERA, matcher)
-    (again,), _ = matches_of(pairs[2:], CAMERA, other)
-    assert bits(again) == bits(last)
-    shared, _ = matches_of(pairs, CAMERA, threads=3)
-    assert [*map(bits, shared)] == [*map(bits, (*first, last))]
 
 
 # ---- single pairs ----

@@ -6,8 +6,6 @@ from functools import cache
 import cv2
 from fuzzy_stereo_ros.evaluation.scores import score
 from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
-from fuzzy_stereo_ros.pairs.pair_reader import PairReader
-from made_messages import image, info
 import made_scenes
 import numpy as np
 import pytest
@@ -103,43 +101,3 @@ def test_from_noise_tsukuba_is_below_table_i_with_the_papers_population():
 def test_from_winner_takes_all_few_generations_are_below_table_i(name, most):
     assert most < TABLE_I[name]
     assert wrong(name, initial_population='winner_takes_all', **FEW) < most
-
-
-DARK = 0.05     # of the range
-
-
-@cache
-def disparity_of(bits, brightness, faulty=0):
-    """
-    Return the disparity of the motorcycle as a grey camera of some bits sends it.
-
-    faulty: how many pixels of each image are white whatever they see.
-    """
-    random = np.random.default_rng(0)
-    pair, messages = motorcycle(), []
-    for shown, tx in ((pair.left, 0.0), (pair.right, -24.0)):
-        grey = shown @ [0.25, 0.5, 0.25] / 255 * brightness
-        pixels = np.rint(grey * (2**bits - 1)).astype(np.uint8 if bits == 8 else np.uint16)
-        pixels.reshape(-1)[random.choice(pixels.size, faulty, replace=False)] = 2**bits - 1
-        rows, columns = pixels.shape
-        messages += [image(pixels, 'mono8' if bits == 8 else 'mono16'),
-                     info(tx, height=rows, width=columns)]
-    read = PairReader().read(*messages)
-    config = MatcherConfig.from_profile('realtime', disparities=pair.disparities, fill=True)
-    return StereoMatcher(config).match(read.left, read.right).disparity
-
-
-def bad_1_of_bits(bits, brightness=1.0, faulty=0):
-    """Return percent of the pixels seen by both that are wrong by more than 1 px."""
-    pair = motorcycle()
-    found = disparity_of(bits, brightness, faulty)
-    return score(found, pair.truth, pair.visible).bad_dense[1.0]
-
-
-@pytest.mark.parametrize('bits', [12, 16])
-def test_a_dark_pair_of_many_bits_is_matched_nearly_as_well_as_a_bright_one_of_8(bits):
-    assert bad_1_of_bits(bits, DARK) < bad_1_of_bits(8) + 0.3
-
-
-def test_faulty_pixels_do_not_take_the_grey_levels_of_a_dark_pair():
-    assert bad_1_of_bits(12, DARK, faulty=60) < bad_1_of_bits(12, DARK) + 0.1
