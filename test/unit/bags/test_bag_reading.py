@@ -1,8 +1,6 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Bags of every kind give the same stream of messages, up to where they are damaged."""
-import sys
-
 from fuzzy_stereo_ros.bags.reading import BagReader, BagTopic, DamagedBag, read_stamped
 from fuzzy_stereo_ros.pairs.messages import read_image, stamp_of
 from fuzzy_stereo_ros.pairs.stereo_pair import BadPair
@@ -132,13 +130,6 @@ def test_companions_of_macos_in_a_folder_are_no_bags(folder, tmp_path):
                     (folder / form / 'metadata.yaml').read_bytes())
             with BagReader([tmp_path / form]) as bag:
                 assert len(list(bag.messages(TOPICS))) == 24 and not bag.losses
-
-
-def test_without_rosbags_the_remedy_is_said(folder, monkeypatch):
-    monkeypatch.setitem(sys.modules, 'rosbags.highlevel', None)
-    assert rejection_of(folder / 'mcap') == (
-        'rosbags, which reads and writes bags, is not installed: '
-        "pip install 'fuzzy_stereo_ros[bags]'")
 
 
 @pytest.mark.parametrize('form', FORMATS)

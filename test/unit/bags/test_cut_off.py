@@ -133,10 +133,6 @@ def test_a_database_whose_log_cannot_be_read_is_rejected_with_what_to_do(files, 
         BagReader([path])
 
 
-def test_a_whole_bag_has_lost_nothing(files):
-    assert [losses(files[form]) for form in FORMATS] == [[], [], []]
-
-
 @pytest.mark.parametrize('form', FORMATS)
 def test_a_file_without_a_complete_message_has_none(files, tmp_path, form):
     path = tmp_path / f'cut{SUFFIXES[form]}'

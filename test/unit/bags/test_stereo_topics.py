@@ -1,8 +1,7 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """The topics of the cameras are found by type and name; where in doubt, they are listed."""
-from fuzzy_stereo_ros.bags.topics import (
-    COMPRESSED, find_stereo_topics, INFO, RAW, StereoTopics)
+from fuzzy_stereo_ros.bags.topics import COMPRESSED, find_stereo_topics, INFO, RAW
 import pytest
 
 
@@ -27,29 +26,10 @@ def rejection_of(topics, **chosen):
     return str(rejection.value)
 
 
-@pytest.mark.parametrize(('left', 'right', 'name', 'space'), [
-    ('left', 'right', 'image_rect', ''),
-    ('left', 'right', 'image_rect', '/robot/stereo'),
-    ('infra1', 'infra2', 'image_rect_raw', '/camera'),
-    ('cam0', 'cam1', 'image_raw', ''),
-    ('camera_gray_left', 'camera_gray_right', 'image_raw', '/kitti'),
-    ('left_raw', 'right_raw', 'image_raw_color', '/zed/zed_node'),
-])
-def test_two_cameras_that_differ_in_the_words_for_sides_are_found(left, right, name, space):
-    assert found(rig(left, right, name, space=space)) == StereoTopics(
-        f'{space}/{left}/{name}', f'{space}/{left}/camera_info',
-        f'{space}/{right}/{name}', f'{space}/{right}/camera_info')
-
-
 def test_compressed_images_have_the_camera_info_of_their_camera():
     topics = rig(name='image_rect/compressed', kind=COMPRESSED)
     assert found(topics) == ('/left/image_rect/compressed', '/left/camera_info',
                              '/right/image_rect/compressed', '/right/camera_info')
-
-
-def test_raw_images_go_before_the_same_ones_compressed():
-    topics = {**rig(name='image_rect/compressed', kind=COMPRESSED), **rig()}
-    assert found(topics).left == '/left/image_rect'
 
 
 @pytest.mark.parametrize(('rectify', 'name'), [(False, 'image_rect'), (True, 'image_raw')])
@@ -57,7 +37,8 @@ def test_raw_images_go_before_the_same_ones_compressed():
 def test_rectified_images_are_taken_unless_raw_ones_are_wanted(rectify, name, suffix):
     kind = COMPRESSED if suffix else RAW
     topics = {**rig(name=f'image_raw{suffix}', kind=kind),
-              **rig(name=f'image_rect{suffix}', kind=kind)}
+              **rig(name=f'image_rect{suffix}', kind=kind),
+              **rig(name=f'{name}/compressed', kind=COMPRESSED)}
     assert found(topics, rectify=rectify).left == f'/left/{name}{suffix}'
 
 
@@ -97,8 +78,8 @@ def test_several_pairs_are_listed_and_the_left_topic_chooses():
     ('/left_arm', '/right_arm'), ('/left', '/right'), ('/cam0', '/cam1'), ('/left_arm',),
     ('/right_arm',), ('/left/left', '/left/right', '/right/left')])
 @pytest.mark.parametrize(('left', 'right'), [
-    ('left', 'right'), ('infra1', 'infra2'), ('cam0', 'cam1'),
-    ('eyes/left/left_eye', 'eyes/right/right_eye')])
+    ('left', 'right'), ('infra1', 'infra2'), ('cam0', 'cam1'), ('left_raw', 'right_raw'),
+    ('camera_gray_left', 'camera_gray_right'), ('eyes/left/left_eye', 'eyes/right/right_eye')])
 def test_words_for_sides_in_the_name_of_a_rig_are_none_of_its_cameras(spaces, left, right):
     topics = {}
     for space in spaces:
@@ -107,7 +88,8 @@ def test_words_for_sides_in_the_name_of_a_rig_are_none_of_its_cameras(spaces, le
     for pair in pairs:
         assert found(topics, left=pair[0])[::2] == found(topics, right=pair[1])[::2] == pair
     if len(pairs) == 1:
-        assert found(topics)[::2] == pairs[0]
+        assert found(topics) == find_stereo_topics('', topics, *pairs[0])
+        assert found(topics).right_info == f'{spaces[0]}/{right}/camera_info'
     else:
         assert f"topics: {'; '.join(map(' and '.join, pairs))}; choose" in rejection_of(topics)
 

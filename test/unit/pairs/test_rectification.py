@@ -44,15 +44,6 @@ def test_a_camera_without_distortion_or_turn_is_left_as_it_is(changes):
 
 
 @EACH_LENS
-def test_a_region_of_the_raw_image_becomes_that_region_of_the_rectified_one(model):
-    camera = RawCamera(model, (0.02, -0.03, 0.015))
-    cut = camera.info(roi=region(x_offset=30, y_offset=20, height=150, width=200))
-    whole = places_of(camera.info())[:, 20:170, 30:230]
-    np.testing.assert_allclose(places_of(cut, 150, 200), whole - [[[30]], [[20]]],
-                               rtol=0, atol=1e-3)
-
-
-@EACH_LENS
 def test_a_binned_image_is_rectified_as_the_full_one(model):
     camera = RawCamera(model, (0.02, -0.03, 0.015))
     binned = camera.info(binning_x=4, binning_y=2,
