@@ -169,18 +169,3 @@ def test_kernels_import_no_folder_of_kernels_that_stands_below_theirs(folder):
         for line, name, _ in imports_of(ast.parse(file.read_text(encoding='utf-8'))):
             assert not name.startswith(tuple(f'{PACKAGE}.matching.kernels.{other}.'
                                              for other in below)), f'{path}:{line}: {name}'
-
-
-@pytest.mark.parametrize(('place', 'line', 'reason'), [
-    ('replay/source', f'from {PACKAGE} import pair_matcher', None),
-    ('matching/operators', 'from ..pairs import stereo_pair', 'not a library of this room'),
-    ('matching/operators', f'from {PACKAGE}.pairs import a', 'outside its room'),
-    ('matching/kernels/scanlines/steps', 'from llvmlite import ir', 'not a library of this room'),
-    ('bags/reading', 'if True:\n    import rosbags', 'only inside a function'),
-    ('pair_matcher', "__import__('rclpy')", 'ROS outside the ROS files'),
-    ('flat', '\n'.join(['value = 1'] * 399), 'has 401 lines, 400 are allowed'),
-])
-def test_a_breach_of_the_rules_is_found_out(place, line, reason):
-    found = breaches(f'{PACKAGE}/{place}.py', '\n'.join((*SPDX_LINES, line, '')))
-    assert len(found) == bool(reason)
-    assert all(breach.endswith(reason) for breach in found)

@@ -1,7 +1,6 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Where commands and the node write, and that they open no sockets: SECURITY.md promises it."""
-import os
 import subprocess
 import sys
 
@@ -54,22 +53,6 @@ def test_a_command_writes_only_where_it_is_told_and_opens_no_socket(name, folder
     assert audited(folder, *COMMANDS[name].split()) == []
     assert [*(folder / 'work' / 'out').iterdir()]
     assert [*(folder / 'home').iterdir()] == []
-
-
-def test_what_is_written_elsewhere_and_sockets_are_found_out(tmp_path):
-    (tmp_path / 'breaking.py').write_text(
-        'import pathlib, socket, subprocess\n'
-        "pathlib.Path('allowed').mkdir()\n"
-        "pathlib.Path('allowed/file').write_text('')\n"
-        "pathlib.Path('forbidden').write_text('')\n"
-        'socket.socket().close()\n'
-        "subprocess.run(['true'])\n")
-    variables = environment(tmp_path, 'breaking')
-    variables['PYTHONPATH'] += f'{os.pathsep}{tmp_path}'
-    subprocess.run([sys.executable, '-m', 'audited'], cwd=tmp_path, check=True, env=variables)
-    events = [event for event, _ in noted(tmp_path, [tmp_path / 'allowed'])]
-    assert [event for event in events if event != 'os.mkdir'][:2] == ['open', 'socket.__new__']
-    assert 'subprocess.Popen' in events
 
 
 HOSTILE = ('/../../../evil/left/image_rect', '/../../../evil/left/camera_info',

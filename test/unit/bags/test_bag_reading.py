@@ -3,7 +3,6 @@
 """Bags of every kind give the same stream of messages, up to where they are damaged."""
 from fuzzy_stereo_ros.bags.reading import BagReader, BagTopic, DamagedBag, read_stamped
 from fuzzy_stereo_ros.pairs.messages import read_image, stamp_of
-from fuzzy_stereo_ros.pairs.stereo_pair import BadPair
 from made_bags import BagOf, BEGIN, FORMATS, LATER, scene, stamps, STEP, TOPICS, write_bag
 import numpy as np
 import pytest
@@ -82,16 +81,6 @@ def test_the_newest_message_before_a_time_is_found_however_far_back_it_is(tmp_pa
                 times[-count:]
 
 
-def test_several_bags_are_one_in_the_order_of_time_whatever_their_kind(folder, tmp_path):
-    write_bag(tmp_path / 'later', 'mcap', first=6)
-    with BagReader([tmp_path / 'later', folder / 'bag.bag']) as bag:
-        assert bag.topics[TOPICS[0]].messages == 12
-        found = list(bag.messages(TOPICS))
-        images = [read_stamped(message) for message in found if message.topic == TOPICS[0]]
-    assert [message.log_time for message in found] == sorted(message.log_time for message in found)
-    assert [stamp for stamp, _ in images] == stamps(12)
-
-
 def test_what_is_no_bag_is_rejected_with_a_sentence(folder, tmp_path):
     (tmp_path / 'text.txt').write_text('text')
     (tmp_path / 'text.mcap').write_text('no bag at all, but a text that is long enough for one')
@@ -151,12 +140,3 @@ def test_a_bag_that_is_damaged_in_the_middle_is_read_up_to_there(tmp_path, form)
                 read.append(read_stamped(message)[0])
     assert read == stamps(len(read))
     assert 10 < len(read) <= 31
-
-
-def test_a_message_of_too_few_bytes_is_a_bad_pair(tmp_path):
-    write_bag(tmp_path / 'bag', change=lambda number, messages: messages.update(
-        {TOPICS[0]: b'\0\1\0\0\1'}))
-    with BagReader([tmp_path / 'bag']) as bag, pytest.raises(
-            BadPair, match='a message of /left/image_rect cannot be read as ') as rejection:
-        read_stamped(next(bag.messages(TOPICS)))
-    assert rejection.value.reason == 'damaged message'

@@ -6,11 +6,9 @@ import json
 import re
 
 import cv2
-from fuzzy_stereo_ros.commands.command_line import main
 from fuzzy_stereo_ros.pairs.calibration import read_calibration
 from fuzzy_stereo_ros.pairs.camera_formats import (
     is_of_one_camera, read_cameras, UNITS)
-from fuzzy_stereo_ros.pairs.image_files import write_image
 from fuzzy_stereo_ros.parameters.options import CameraOptions
 from hypothesis import given, HealthCheck, settings, strategies as st
 import numpy as np
@@ -319,49 +317,3 @@ def test_two_cameras_of_kitti_alone_are_the_pair_and_others_are_missed(tmp_path)
     if DATA.exists():
         drive = DATA / 'kitti2012_seq' / '000027' / 'calib.txt'
         assert read_calibration(*read_cameras([drive])).baseline == pytest.approx(0.537, abs=0.001)
-
-
-@pytest.fixture
-def wall(tmp_path, monkeypatch):
-    """
-    Work in a folder with left/0.png and right/0.png: raw images of a wall at 4 m.
-
-    Return the words that rectify them, and a function that checks float32 (R, C), px: nearly all
-    disparities are those of its depth.
-    """
-    monkeypatch.chdir(tmp_path)
-    texture = cv2.resize(RNG.integers(0, 256, (120, 160), np.uint8), (640, 480),
-                         interpolation=cv2.INTER_CUBIC)
-    columns, rows = np.meshgrid(np.arange(640.0), np.arange(480.0))
-    for side, (rotation, translation) in enumerate(((np.eye(3), np.zeros(3)), (R, T))):
-        rays = cv2.undistortPoints(np.stack([columns, rows], -1).reshape(-1, 1, 2), K[side],
-                                   D[side]).reshape(-1, 2)
-        rays = np.column_stack([rays, np.ones(len(rays))]) @ rotation
-        centre = -rotation.T @ translation
-        on_wall = centre + rays * ((4 - centre[2]) / rays[:, 2])[:, np.newaxis]
-        x, y = ((on_wall[:, axis] * 90 + half).reshape(480, 640).astype(np.float32)
-                for axis, half in ((0, 320), (1, 240)))
-        folder = tmp_path / ('left', 'right')[side]
-        folder.mkdir()
-        write_image(folder / '0.png', cv2.remap(
-            texture, x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_WRAP))
-    (path,) = opencv_one_file(tmp_path)
-    disparity = read_calibration(*read_cameras([path])).focal * np.linalg.norm(T) / 4
-
-    def check(found):
-        close = np.abs(found - disparity) < 1
-        assert close.mean() > 0.75 and close[np.isfinite(found)].mean() > 0.9
-
-    return ['--calibration', str(path), '--rectify'], check
-
-
-OWN_ROWS = '--disparities', '32', '--no-align-rows'     # as rectification leaves them
-
-
-def test_raw_images_of_a_pair_are_rectified_by_match(wall, capsys):
-    rectified, check = wall
-    words = ['match', 'left/0.png', 'right/0.png', *OWN_ROWS, '--output', 'found.npy']
-    assert main([*words, *rectified]) == 0, capsys.readouterr().err
-    check(np.load('found.npy'))
-    assert main([*words, '--overwrite', '--rectify']) == 2
-    assert '--rectify and --crop need the calibration of both' in capsys.readouterr().err

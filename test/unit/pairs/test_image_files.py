@@ -11,15 +11,6 @@ import numpy as np
 import pytest
 
 
-@pytest.mark.parametrize('kind', [np.uint8, np.uint16])
-@pytest.mark.parametrize('shape', [(5, 7), (5, 7, 3)])
-def test_an_image_is_read_as_it_was_written(tmp_path, kind, shape):
-    image = np.random.default_rng(0).integers(0, np.iinfo(kind).max, shape).astype(kind)
-    write_image(tmp_path / 'image.png', image)
-    again = read_image(tmp_path / 'image.png')
-    assert again.dtype == kind and np.array_equal(again, image)
-
-
 def tiff(image, orientation, order, big):
     """Return the bytes of a TIFF of an image, its pixels before its tags, as libtiff writes."""
     offset = 'Q' if big else 'I'

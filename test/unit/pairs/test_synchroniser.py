@@ -13,10 +13,6 @@ def play(synchroniser, events):
             for found in synchroniser.add(topic, stamp, f'{topic}{stamp}')]
 
 
-def whole(stamp):
-    return [(topic, stamp) for topic in TOPICS]
-
-
 def stamps_of(sets):
     return [found.stamp for found in sets]
 
@@ -45,13 +41,6 @@ def streams(largest=4):
     return st.fixed_dictionaries(dict.fromkeys(TOPICS, stamps))
 
 
-def test_a_set_comes_out_with_its_last_message_in_the_order_of_topics():
-    synchroniser = Synchroniser(TOPICS)
-    assert play(synchroniser, whole(7)[::-1][:3]) == []
-    (found,) = synchroniser.add('left', 7, 'left7')
-    assert found == (7, ('left7', 'left_info7', 'right7', 'right_info7'), 0, False)
-
-
 def test_queues_are_bounded_and_the_oldest_is_let_go():
     synchroniser = Synchroniser(TOPICS, queue_size=2)
     play(synchroniser, [('left', stamp) for stamp in range(1000)])
@@ -62,8 +51,8 @@ def test_queues_are_bounded_and_the_oldest_is_let_go():
 
 def test_a_stamp_that_goes_back_starts_anew_and_says_so_once():
     synchroniser = Synchroniser(TOPICS)
-    play(synchroniser, [event for stamp in (10, 11) for event in whole(stamp)])
-    sets = play(synchroniser, [event for stamp in (3, 4, 10) for event in whole(stamp)])
+    _, _, *sets = play(synchroniser, [
+        (topic, stamp) for stamp in (10, 11, 3, 4, 10) for topic in TOPICS])
     assert stamps_of(sets) == [3, 4, 10]
     assert [found.went_back for found in sets] == [True, False, False]
     assert synchroniser.jumps_back == 1
@@ -71,7 +60,7 @@ def test_a_stamp_that_goes_back_starts_anew_and_says_so_once():
 
 def test_a_straggler_from_before_the_jump_costs_no_set():
     synchroniser = Synchroniser(TOPICS)
-    play(synchroniser, whole(10))
+    play(synchroniser, [(topic, 10) for topic in TOPICS])
     events = [('left_info', 0), ('left', 11), ('right', 11), ('left', 0), ('right_info', 0),
               ('right', 0)]
     (found,) = play(synchroniser, events)
@@ -82,9 +71,17 @@ def test_a_straggler_from_before_the_jump_costs_no_set():
 @given(interleaved(streams()))
 def test_equal_stamps_give_the_same_sets_in_any_arrival_order(events):
     synchroniser = Synchroniser(TOPICS)
-    found = stamps_of(play(synchroniser, events))
-    stamps = [{stamp for topic, stamp in events if topic == name} for name in TOPICS]
-    assert found == sorted(set.intersection(*stamps))
+    found, there = [], {topic: set() for topic in TOPICS}
+    for topic, stamp in events:     # a set comes out with its last message
+        there[topic].add(stamp)
+        whole = all(stamp in stamps for stamps in there.values())
+        sets = synchroniser.add(topic, stamp, f'{topic}{stamp}')
+        assert sets == [(stamp, tuple(f'{name}{stamp}' for name in TOPICS), 0, False)] * whole
+        found += stamps_of(sets)
+    assert found == sorted(set.intersection(*there.values()))
+    newest = [max(stamps) for stamps in there.values() if stamps]
+    assert synchroniser.difference() == (
+        max(newest) - min(newest) if len(newest) > 1 else None)
     check_every_message_is_accounted_for(synchroniser)
 
 
@@ -127,20 +124,11 @@ def test_the_newest_message_of_a_cached_topic_is_in_every_set(events, tolerance)
         else:
             images_alone.add(topic, stamp, stamp)
         assert len(newest) == 2 or sets == []
+        assert stamps_of(sets) == sorted(stamps_of(sets))
         for found in sets:
             assert found.messages[1::2] == (newest['left_info'], newest['right_info'])
     if len(newest) == 2:
         assert synchroniser.matched == images_alone.matched
-
-
-def test_sets_that_wait_for_a_cached_message_are_returned_in_order_when_it_comes():
-    synchroniser = Synchroniser(TOPICS, cached=('left_info', 'right_info'))
-    images = [(topic, stamp) for stamp in (1, 2) for topic in ('left', 'right')]
-    assert play(synchroniser, [('right_info', 9), *images]) == []
-    found = play(synchroniser, [('left_info', 0)])
-    assert [one.messages for one in found] == [
-        (f'left{stamp}', 'left_info0', f'right{stamp}', 'right_info9') for stamp in (1, 2)]
-    assert synchroniser.difference() == 0
 
 
 def test_a_queue_of_one_joins_nearest_stamps_as_a_queue_of_two():

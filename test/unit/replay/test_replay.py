@@ -114,7 +114,7 @@ def test_compressed_images_and_several_bags_are_matched_too(folder):
     pairs = scene(8)
     write_bag(folder / 'a.bag', 'ros1', pairs[:4], topics, BagOf.compressed)
     write_bag(folder / 'b', 'sqlite3', pairs[4:], topics, BagOf.compressed, first=4)
-    assert replay('a.bag', 'b') == 0
+    assert replay('b', 'a.bag') == 0
     assert_matched(disparities(folder / 'out'), pairs)
 
 

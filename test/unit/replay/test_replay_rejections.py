@@ -137,7 +137,8 @@ def test_without_dask_and_rosbags_the_sentence_says_what_to_install(rejected, mo
             "distributed is not installed: pip install 'fuzzy_stereo_ros[cluster]'")
     for name in ('rosbags', 'rosbags.rosbag2', 'rosbags.typesys'):
         monkeypatch.setitem(sys.modules, name, None)
-    assert "pip install 'fuzzy_stereo_ros[bags]'" in rejected('left', 'right')
+    for inputs in (['bag'], ['left', 'right']):
+        assert "pip install 'fuzzy_stereo_ros[bags]'" in rejected(*inputs)
     assert replay('left', 'right', output='maps', options=[
         '--format', 'none', '--files', 'npy']) == 0
 
