@@ -9,7 +9,8 @@ best of all choices, by a minimum cut (Lempitsky et al., Fusion moves for Markov
 optimization, 2010).
 """
 from fuzzy_stereo_ros.matching.arrays import zeros
-from fuzzy_stereo_ros.matching.kernels.genetic.exchange import Sets, take_regions, widest
+from fuzzy_stereo_ros.matching.kernels.genetic.exchange import (
+    copy_taken, Sets, take_regions, widest)
 from fuzzy_stereo_ros.matching.kernels.genetic.minimum_cut import (
     decide, load, maximum_flow, Trees, unload)
 import numpy as np
@@ -51,6 +52,10 @@ class Exchange:
     def changes(self, part=slice(None)):
         """Return the fields of the `Changes` of all cells or some, as kernels take them."""
         return self.cells[part], self.alone[part], self.pairs[part]
+
+    def take(self, first, second):
+        """Give the first parent the genes of the second one, (R, C), in the cells taken."""
+        copy_taken(self.cells, self.taken, first, second)
 
 
 class Regions:
@@ -98,19 +103,18 @@ class Cut:
         self._state = zeros(places, np.uint8)
         self._trees = Trees(*(zeros(places, kind) for kind in (
             np.int8, np.int8, np.int32, np.int32)))
-        self._places, self._open, self._orphans = (zeros(size, np.int32) for _ in range(3))
-        self._active = zeros(size, np.int32), zeros(places, np.bool_)
+        self._open = zeros(size, np.int32)
         self.regions = Regions(rows, columns)
 
     def __call__(self, exchange, random=None):
         """Choose the cells; return the change of cost, not above 0."""
         if widest(exchange.alone, exchange.pairs) > LARGEST_CHANGE:
             raise ValueError(f'a change of cost is beyond {LARGEST_CHANGE}')
-        places = self._places[:exchange.cells.size]
+        row, column = np.divmod(exchange.cells, self._columns)
+        places = (row + 1) * (self._columns + 1) + column + 1
         network = self._offsets, self._weight, self._change
-        load(exchange.changes(), self._columns, *network, places, self._state)
+        load(exchange.alone, exchange.pairs, *network, places, self._state)
         number = decide(*network, places, self._room, self._state, self._open)
-        maximum_flow(self._open[:number], network, tuple(self._trees), self._active,
-                     self._orphans)
+        maximum_flow(self._open[:number], network, tuple(self._trees))
         unload(places, self._state, self._trees.tree, self._weight, exchange.taken)
         return self.regions.keep_gains(exchange)

@@ -14,6 +14,7 @@ from typing import NamedTuple
 
 import cv2
 from fuzzy_stereo_ros.matching.kernels.possibility.row_alignment import nearest_features
+from fuzzy_stereo_ros.matching.shared_features import reduced
 import numpy as np
 
 LIMIT = 0.5         # px of misalignment; more impairs matching
@@ -317,19 +318,12 @@ def _normalised(image):
 
 def normalised_half(image):
     """Return a grey image of half the size at equal contrast: uint8 (R / 2, C / 2)."""
-    return _halved(_normalised(image))
-
-
-def _halved(image):
-    """Return a grey image of half the size, without an odd last row or column."""
-    rows, columns = (side // 2 * 2 for side in image.shape)
-    return cv2.resize(image[:rows, :columns], (columns // 2, rows // 2),
-                      interpolation=cv2.INTER_AREA)
+    return reduced(_normalised(image), 2)
 
 
 def _features(detector, image):
     """Return features of an image, float32 (N, 2) column and row, and their uint8 (N, 32) bits."""
-    found, bits = detector.detectAndCompute(_halved(image), None)
+    found, bits = detector.detectAndCompute(reduced(image, 2), None)
     return 2 * cv2.KeyPoint.convert(found) + np.float32(0.5), bits
 
 
@@ -348,7 +342,7 @@ def _nearest(places, bits, other_places, other_bits, lowest, highest):
 
 def _confident_corners(image, confidence):
     """Return the more confident half of an image's corners: float32 (N, 2), column, row."""
-    half = _halved(image)
+    half = reduced(image, 2)
     found = cv2.goodFeaturesToTrack(
         half, CORNERS, QUALITY, DISTANCE / 2,
         mask=(confidence[:2 * half.shape[0]:2, :2 * half.shape[1]:2] > 0).astype(np.uint8))

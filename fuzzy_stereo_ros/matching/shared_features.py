@@ -41,7 +41,8 @@ def features_in_common(left, right):
     detector = cv2.ORB_create(nfeatures=FEATURES, nlevels=1, edgeThreshold=PATCH // 2 + 1,
                               patchSize=PATCH, fastThreshold=7)
     (ours, our_bits), (theirs, their_bits) = (
-        detector.detectAndCompute(_reduced(image, pixel), None) for image in (left, right))
+        detector.detectAndCompute(_with_contrast(reduced(image, pixel)), None)
+        for image in (left, right))
     if min(len(ours), len(theirs)) < 2:
         return none._replace(number=len(ours))
     matcher = cv2.BFMatcher(cv2.NORM_HAMMING)
@@ -54,11 +55,15 @@ def features_in_common(left, right):
     return Features(len(ours), np.stack([other_x, other_y], 1), x - other_x, other_y - y, pixel)
 
 
-def _reduced(image, pixel):
-    """Return an image of larger pixels, a dull one with more contrast: uint8."""
+def reduced(image, pixel):
+    """Return a grey image of larger pixels, without last rows and columns that fill none."""
     rows, columns = (side // pixel for side in image.shape)
-    image = image if pixel == 1 else cv2.resize(
+    return image if pixel == 1 else cv2.resize(
         image[:rows * pixel, :columns * pixel], (columns, rows), interpolation=cv2.INTER_AREA)
+
+
+def _with_contrast(image):
+    """Return an image, a dull one with more contrast: uint8."""
     mean, spread = (one.item() for one in cv2.meanStdDev(image))
     gain = float(np.clip(CONTRAST / max(spread, 1e-6), 1, MOST_GAIN))
     return cv2.addWeighted(image, gain, image, 0, (1 - gain) * mean)

@@ -135,12 +135,10 @@ class LiteralFitness(_Fitness):
         """
         fill_chosen(self.planes, genes, first, last, chosen)
         genes, chosen = inside(genes), inside(chosen)
-        half, columns = self._config.neighbourhood // 2, genes.shape[1]
-        fill_row_fitness(
-            chosen, genes, (self._reference_gradient, self._target_gradient),
-            self._config.neighbourhood,
-            (np.zeros(columns + 2 * half, np.int32), np.zeros(columns, np.int32)),
-            max(first - half, 0), min(last + half, self._rows), details)
+        side, gradients = self._config.neighbourhood, (
+            self._reference_gradient, self._target_gradient)
+        fill_row_fitness(chosen, genes, gradients, side, max(first - side // 2, 0),
+                         min(last + side // 2, self._rows), details)
         return details.sum()
 
 

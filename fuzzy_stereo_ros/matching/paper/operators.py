@@ -24,8 +24,7 @@ from fuzzy_stereo_ros.matching.kernels.genetic.exchange import differing_cells
 from fuzzy_stereo_ros.matching.kernels.genetic.literal_reading import (
     least_possible_level, place_patches)
 from fuzzy_stereo_ros.matching.kernels.genetic.uniform_operators import (
-    fill_exchange, larger_halves, LARGEST_HALF, mutate_by_patches, SPARE_ROWS, take_genes)
-from fuzzy_stereo_ros.matching.kernels.simd import LANES
+    fill_exchange, fill_fitness_around, larger_halves, LARGEST_HALF, mutate_by_patches)
 from fuzzy_stereo_ros.matching.paper.fitness import inside
 from fuzzy_stereo_ros.matching.paper.population import Lineage
 import numpy as np
@@ -47,9 +46,6 @@ class OperatorTools:
         """shape: (R + 2, W), of framed maps."""
         self.config, self.pool, self.fitness, self._shape = config, pool, fitness, shape
         self._crossings, self._fusion = [None] * pool.threads, None
-        self.spares = [(np.zeros(SPARE_ROWS * LANES, np.uint16),
-                        np.zeros(SPARE_ROWS * LANES, np.uint8),
-                        np.zeros(SPARE_ROWS * LANES, np.uint16)) for _ in range(pool.threads)]
 
     def each(self, size, work):
         """Call work(number, thread) for the numbers below size, shared among threads."""
@@ -194,11 +190,12 @@ def take_over(tools, population, slot, other, exchange, crossover, most=1.0):
     if not 0 < number <= most * population.genes[slot].size:
         return
     exchange.set_size(number)
-    fill_exchange(ours, theirs, tools.fitness.weights, exchange.changes())
+    fill_exchange(ours[:2], theirs[:2], tools.fitness.weights, exchange.changes())
     change = crossover(exchange)
     if change < 0:
-        take_genes(exchange.cells, exchange.taken, theirs, tools.fitness.weights,
-                   population.genes.shape[2], ours)
+        exchange.take(ours[0], theirs[0])
+        exchange.take(ours[1], theirs[1])
+        fill_fitness_around(exchange.cells[exchange.taken], tools.fitness.weights, ours)
         population.totals[slot] -= change
 
 
@@ -217,7 +214,7 @@ def mutate_by_uniform_patches(tools, population, random):
         slot = mutated[number]
         population.totals[slot] += mutate_by_patches(
             random.child(1, slot).key, patches, larger, fitness.planes, fitness.colours,
-            fitness.weights, population.chromosome(slot), tools.spares[thread])
+            fitness.weights, population.chromosome(slot))
 
     tools.each(mutated.size, mutate)
 

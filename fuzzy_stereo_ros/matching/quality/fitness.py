@@ -10,7 +10,7 @@ edges and where texture is strong. All costs are whole numbers.
 from fuzzy_stereo_ros.matching.bands import cut_bands
 from fuzzy_stereo_ros.matching.kernels.genetic.exchange import list_cells
 from fuzzy_stereo_ros.matching.kernels.planes import costs as kernels
-from fuzzy_stereo_ros.matching.kernels.planes.plane import disparities_of
+from fuzzy_stereo_ros.matching.kernels.planes.fits import disparities_of
 import numpy as np
 
 SUPPORT_RADIUS, SUPPORT_STRIDE = 2, 2  # of supports: 5 x 5 pixels, every other one
@@ -38,7 +38,7 @@ class PlaneFitness:
         self._supports = kernels.Supports(
             SUPPORT_STRIDE, np.zeros((*shape, side, side), np.uint8), np.zeros(shape, np.uint16))
         self._penalties = kernels.PlanePenalties(
-            *(np.zeros(shape, np.float32) for _ in range(2)), np.float32(LARGEST_DIFFERENCE))
+            np.zeros((2, *shape), np.float32), np.float32(LARGEST_DIFFERENCE))
         self.trusted = np.ones(shape, np.bool_)
         self._sums = np.zeros(rows, np.int64)
         self._by_colour = (255 * np.exp(-np.arange(766) / SUPPORT_COLOUR)).astype(np.float32)
@@ -60,7 +60,7 @@ class PlaneFitness:
         self.trusted[:] = True
         self._fill_supports(pool, colour)
         share = kernels.UNIT * (STRONG_TEXTURE + (1 - STRONG_TEXTURE) * weak)
-        across, down, _ = self._penalties
+        across, down = self._penalties.weights
         across[:, 1:] = share[:, 1:] * _smooth_over(roots[:, 1:] - roots[:, :-1])
         down[1:] = share[1:] * _smooth_over(roots[1:] - roots[:-1])
 

@@ -6,7 +6,7 @@ The profile `quality`: `QualityMatcher.match` is one pair, a line a stage.
 Genes are planes, and both views of a pair evolve. Scanlines give each view a dense seed, whose
 parent is the map of the previous frame, moved, or that of `realtime`; planes fitted around its
 pixels are the chromosome. Colours count as the left camera would have exposed them. Mutants are
-planes of segments and tiles; fusion by a minimum cut takes those that are fitter, unless the
+planes of segments; fusion by a minimum cut takes those that are fitter, unless the
 images are evidence against them. Where the views disagree, a match counts little.
 """
 from collections.abc import Callable
@@ -20,7 +20,7 @@ from fuzzy_stereo_ros.matching.match import Match, mirrored
 from fuzzy_stereo_ros.matching.over_frames.inheritance import Inheritance
 from fuzzy_stereo_ros.matching.quality.exposure import exposed_alike
 from fuzzy_stereo_ros.matching.quality.fitness import PlaneFitness
-from fuzzy_stereo_ros.matching.quality.operators import Evidence, INHERITED, OPERATORS
+from fuzzy_stereo_ros.matching.quality.operators import ask_for_evidence, OPERATORS
 from fuzzy_stereo_ros.matching.quality.planes import local_planes, segments_of
 from fuzzy_stereo_ros.matching.quality.population import CrossoverTools, EvolvingView, Population
 from fuzzy_stereo_ros.matching.quality.result import refine, without_uncertain
@@ -74,15 +74,14 @@ class Stages(NamedTuple):
     The stages that can be exchanged, as the ablation does (bench/variants.py).
 
     crossover: called with rows, columns and 4 neighbours, returns a crossover of an `Exchange`
-    operators: {name: operator}, in the order in which they are called; where maps are inherited
-    only those of INHERITED
-    evidence: called with rows and columns, returns a check of proposals, see Evidence
+    operators: {name: operator}, in the order in which they are called
+    evidence: a check of proposals, called as ask_for_evidence
     inheritance: called as Inheritance, returns what a frame takes over of the previous one
     """
 
     crossover: Callable = Cut
     operators: dict = OPERATORS
-    evidence: Callable = Evidence
+    evidence: Callable = ask_for_evidence
     inheritance: Callable = Inheritance
 
 
@@ -140,9 +139,7 @@ class QualityMatcher:
         seed = starts[0].seed
         del starts, volume       # frees their memory
         watch.lap('views')
-        operators = {name: operator for name, operator in self._stages.operators.items()
-                     if name in INHERITED or not inherited}
-        history = evolve(self.population, operators, random, budget, observe)
+        history = evolve(self.population, self._stages.operators, random, budget, observe)
         self.population.tools.release()
         watch.lap('generations')
         disparity, confidence = refine(self.pool, self._config, self.population, seed,

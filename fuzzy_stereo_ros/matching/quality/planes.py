@@ -3,8 +3,7 @@
 """
 Regions that may lie in one plane, and planes fitted to regions and around pixels.
 
-Regions are segments of like pixels at several scales, and tiles. Maps of planes are float32
-(R, 3, C).
+Regions are segments of like pixels at several scales. Maps of planes are float32 (R, 3, C).
 """
 from typing import NamedTuple
 
@@ -41,14 +40,6 @@ def listed(labels, number):
     regions = Regions(labels, np.zeros(number + 1, np.int32), np.zeros(labels.size, np.int32))
     fits.list_regions(labels.reshape(-1), regions[1:])
     return regions
-
-
-def tiles(shape, side, random):
-    """Return square tiles as `Regions`, their grid at a random place."""
-    down, right = ((np.arange(pixels, dtype=np.int32) + int(draw * side)) // side
-                   for pixels, draw in zip(shape, random.uniform(2)))
-    wide = right[-1] + 1
-    return listed(down[:, None] * wide + right, (down[-1] + 1) * wide)
 
 
 def segments_of(roots):
@@ -102,11 +93,10 @@ def colour_weights(scale):
 def region_planes(pool, disparity, trusted, regions, random):
     """Return a plane for each of some `Regions`, fitted to its trusted pixels: float32 (N, 3)."""
     planes = np.zeros((regions.number, 3), np.float32)
-    largest, key = int(np.diff(regions.starts).max()), random.key
+    rules = PLANES_TRIED, np.float32(AGREEMENT), 1.0, random.key
     edges = [regions.number * part // _PARTS for part in range(_PARTS + 1)]
     pool.each(lambda part: fits.region_planes(
-        disparity, trusted, regions[1:], (PLANES_TRIED, np.float32(AGREEMENT), 1.0, key),
-        np.zeros((3, largest), np.float32), planes, *part), list(zip(edges, edges[1:])))
+        disparity, trusted, regions[1:], rules, planes, *part), list(zip(edges, edges[1:])))
     return planes
 
 

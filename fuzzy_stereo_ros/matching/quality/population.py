@@ -7,7 +7,6 @@ The chromosome is a plane map of the left view and one of the mirrored right vie
 fitter from mutants. Where the maps of its two views disagree, matches count little in the fitness.
 """
 from fuzzy_stereo_ros.matching.crossover import Exchange
-from fuzzy_stereo_ros.matching.kernels.planes.costs import take_planes
 from fuzzy_stereo_ros.matching.quality.result import consistent
 import numpy as np
 
@@ -28,7 +27,7 @@ class CrossoverTools:
         """Yield the crossover, its `Exchange` and the evidence."""
         if self._memory is None:
             self._memory = (self._crossover(*self._shape, 4), Exchange(*self._shape, 4),
-                            self._evidence(*self._shape))
+                            self._evidence)
         return iter(self._memory)
 
 
@@ -75,15 +74,16 @@ class EvolvingView:
         selected = (self.planes != planes).any(axis=1)
         match_costs = fitness.match_costs(pool, planes, selected)
         crossover, exchange, evidence = self._tools
-        evidence.reject(
+        evidence(
             regions.labels, (self.disparities, self.match_costs),
             (fitness.disparities(pool, planes), match_costs), fitness.trusted, selected)
-        parents = (self.planes, self._costs), (planes, fitness.trusted_costs(match_costs))
-        fitness.fill(exchange, *parents, selected)
+        costs = fitness.trusted_costs(match_costs)
+        fitness.fill(exchange, (self.planes, self._costs), (planes, costs), selected)
         crossover(exchange, random)
-        taken = exchange.cells[exchange.taken]
-        self.match_costs.reshape(-1)[taken] = match_costs.reshape(-1)[taken]
-        take_planes(*parents, exchange.cells, exchange.taken)
+        exchange.take(self.match_costs, match_costs)
+        exchange.take(self._costs, costs)
+        row, column = np.divmod(exchange.cells[exchange.taken], costs.shape[1])
+        self.planes[row, :, column] = planes[row, :, column]
 
     def trust_consistent(self, consistent):
         """Trust matches where the views agree, bool (R, C), and measure the map anew."""

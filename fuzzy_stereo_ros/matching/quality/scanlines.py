@@ -40,14 +40,9 @@ class SurfaceScanlines:
 
     def __init__(self, shape):
         """shape: of the costs, (R, C, labels)."""
-        rows, columns, padded = self._costs_shape = shape
+        rows, columns, _ = self._costs_shape = shape
         self._bands = cut_bands(rows)
         self._sums = []     # memory for the sums of bands, not in use now
-        stride = padded + 2 * eight_directions.BESIDE
-        self._paths = [(np.zeros((2, 4, columns, stride), np.uint16),
-                        np.zeros((2, 4, columns), np.uint16)) for _ in self._bands]
-        self._offered = [np.zeros((2, columns + padded), np.uint16) for _ in self._bands]
-        self._numbers = np.arange(padded, dtype=np.uint16)
         self.steps = np.zeros((4, rows, columns), np.uint8)
 
     def set_colour(self, colour):
@@ -79,7 +74,7 @@ class SurfaceScanlines:
         begin, end, _ = here.indices(rows)
 
         def search(band):
-            number, first, last = band
+            _, first, last = band
             above, below = max(first - OVERLAP, 0), min(last + OVERLAP, rows) - 1
             first, last = max(first, begin), min(last, end)
             if first >= last:
@@ -89,9 +84,8 @@ class SurfaceScanlines:
             for upwards, start in ((False, above), (True, below)):
                 eight_directions.sum_paths(
                     costs, (parent, steepest), (self.steps, small, jump), sums, upwards, start,
-                    first, self._paths[number])
-            eight_directions.choose_labels(sums, disparities, self._offered[number],
-                                           self._numbers, chosen, first)
+                    first)
+            eight_directions.choose_labels(sums, disparities, chosen, first)
             self._sums.append(memory)
         pool.each(search, self._bands)
 

@@ -30,15 +30,15 @@ WEAK_TEXTURE = 6.0       # mean step of grey at which the weakness of texture fa
 SMOOTHNESS_STEPS = Steps(slope=0.16, free=0.25, jump=4.0, apart=0.5)
 
 
-class Differing(NamedTuple):
-    """Where two maps differ: regions of at least a size, made of squares."""
+class DifferingRegions(NamedTuple):
+    """Which regions of two maps differ."""
 
-    apart: float             # px by which they differ
-    square: int              # px, side
-    least: int               # px, size
+    distance: float          # px by which all of their pixels differ
+    square_side: int         # px, of the squares that they are made of
+    least_size: int          # px
 
 
-WHOLE, PARTIAL = Differing(1.0, 9, 1600), Differing(0.5, 5, 100)
+WHOLE, PARTIAL = DifferingRegions(1.0, 9, 1600), DifferingRegions(0.5, 5, 100)
 
 
 class ChildSettings(NamedTuple):
@@ -170,7 +170,7 @@ class ScanlineSeed:
         for strip in self._scanlines.strips:
             costs = self._scanlines.fill(self._pool, strip, SHARP, surface, LEVEL)
             self._fitness.measure(self._pool, costs[strip.here], strip.first, maps, results)
-        self._fitness.set_weights(*LOOSE.weights()[self._scanlines.steps])
+        self._fitness.set_weights(LOOSE.weights()[self._scanlines.steps])
         return results
 
 
@@ -193,10 +193,10 @@ def parent_of(inherited, fresh, noisy):
     the pictures are noisy
     """
     differing = PARTIAL if noisy else WHOLE
-    apart = (abs(inherited - fresh) > differing.apart).astype(np.uint8)
-    wide = cv2.morphologyEx(apart, cv2.MORPH_OPEN, np.ones((differing.square,) * 2, np.uint8))
+    apart = (abs(inherited - fresh) > differing.distance).astype(np.uint8)
+    wide = cv2.morphologyEx(apart, cv2.MORPH_OPEN, np.ones((differing.square_side,) * 2, np.uint8))
     _, regions, measures, _ = cv2.connectedComponentsWithStats(wide, connectivity=4)
-    large = measures[:, cv2.CC_STAT_AREA] >= differing.least
+    large = measures[:, cv2.CC_STAT_AREA] >= differing.least_size
     large[0] = False        # where they do not differ
     return np.where(large[regions], fresh, inherited)
 

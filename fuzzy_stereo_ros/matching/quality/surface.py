@@ -11,7 +11,7 @@ import cv2
 from fuzzy_stereo_ros.matching.bands import cut_bands
 from fuzzy_stereo_ros.matching.crossover import Exchange, Regions
 from fuzzy_stereo_ros.matching.kernels.genetic import surface_cost
-from fuzzy_stereo_ros.matching.kernels.genetic.exchange import copy_taken, list_cells
+from fuzzy_stereo_ros.matching.kernels.genetic.exchange import list_cells
 from fuzzy_stereo_ros.matching.kernels.genetic.surface_cost import Steps
 from fuzzy_stereo_ros.matching.kernels.possibility.fuzzy_costs import FULL
 from fuzzy_stereo_ros.matching.kernels.refinement import consistency, dense_map, filling
@@ -80,16 +80,16 @@ class SurfaceFitness:
     def __init__(self, rows, columns, disparities):
         """Allocate; disparities: how many labels exist."""
         self._disparities = disparities
-        self._across, self._down = (np.zeros((rows, columns), np.float32) for _ in range(2))
+        self._weights = np.zeros((2, rows, columns), np.float32)
         self._trust = np.ones((rows, columns), np.float32)
 
     def trust(self, rejected):
         """Let matches count little where they are rejected: bool (R, C)."""
         self._trust[:] = np.where(rejected, np.float32(UNTRUSTED_SHARE), np.float32(1))
 
-    def set_weights(self, across, down):
-        """Set the weights of steps to the left and up: float32 (R, C)."""
-        self._across[:], self._down[:] = across, down
+    def set_weights(self, weights):
+        """Set the weights of steps to the left and up: float32 (2, R, C)."""
+        self._weights[:] = weights
 
     def measure(self, pool, costs, first, maps, results):
         """
@@ -119,9 +119,9 @@ class SurfaceFitness:
         steps = Steps(*map(np.float32, steps))
         exchange.set_size(list_cells(abs(first - second) > steps.apart, exchange.all_cells))
         surface_cost.exchange_changes(
-            first, first_costs, second, second_costs, self._across, self._down, tuple(steps),
+            first, first_costs, second, second_costs, self._weights, tuple(steps),
             exchange.changes())
         cost = Regions(*first.shape)(exchange)
-        copy_taken(exchange.cells, exchange.taken, first, second)
-        copy_taken(exchange.cells, exchange.taken, first_costs, second_costs)
+        exchange.take(first, second)
+        exchange.take(first_costs, second_costs)
         return -cost

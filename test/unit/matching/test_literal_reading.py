@@ -19,7 +19,6 @@ def test_the_largest_sums_do_not_overflow():
     gradient = np.full((side, columns), 1443, np.uint16)
     found = np.zeros(side, np.int64)
     fill_row_fitness(chosen, np.zeros((side, columns), np.uint16), (gradient, gradient), side,
-                     (np.zeros(columns + side - 1, np.int32), np.zeros(columns, np.int32)),
                      0, side, found)
     in_full = 255 * side * side * 1443**2
     missing = 2 * sum(255 * side * 1443**2 * short for short in range(1, side // 2 + 1))

@@ -4,7 +4,7 @@
 from fuzzy_stereo_ros.matching.bands import ThreadPool
 from fuzzy_stereo_ros.matching.crossover import Exchange
 from fuzzy_stereo_ros.matching.evolution import Random
-from fuzzy_stereo_ros.matching.kernels.planes import costs, segments
+from fuzzy_stereo_ros.matching.kernels.planes import segments
 from fuzzy_stereo_ros.matching.kernels.planes.costs import reject_unfounded
 from fuzzy_stereo_ros.matching.kernels.refinement.consistency import compare_views
 from fuzzy_stereo_ros.matching.kernels.units import CONSISTENT, INVALID, OUTSIDE
@@ -122,7 +122,7 @@ def smoothness(fitness, planes):
     def at(plane, y, x):
         return plane[..., 0] * x + plane[..., 1] * y + plane[..., 2]
     total = 0.0
-    for axis, weight in ((1, fitness._penalties.across), (0, fitness._penalties.down)):
+    for axis, weight in zip((1, 0), fitness._penalties.weights):
         one, other = np.delete(wide, 0, axis), np.delete(wide, -1, axis)
         y1, x1 = np.delete(row, 0, axis), np.delete(column, 0, axis)
         y2, x2 = np.delete(row, -1, axis), np.delete(column, -1, axis)
@@ -163,7 +163,9 @@ def test_an_exchange_has_the_exact_change_of_any_choice_of_cells(seed):
             if neighbour not in place:
                 assert exchange.pairs[index, side] == 0
     before = fitness.total(POOL, *priced[0])
-    costs.take_planes(*priced, exchange.cells, chosen)
+    row, column = np.divmod(exchange.cells[chosen], COLUMNS)
+    for ours, theirs in zip(*priced):
+        ours[row, ..., column] = theirs[row, ..., column]
     assert fitness.total(POOL, *priced[0]) - before == change
 
 
@@ -233,13 +235,13 @@ def test_segments_are_those_of_the_plain_rule(scale, smallest):
 
 
 @given(st.integers(0, 10**6))
-def test_regions_list_each_pixel_once_and_tiles_are_squares(seed):
-    tiles = planes.tiles((17, 23), 6, Random((seed,)))
-    np.testing.assert_array_equal(np.sort(tiles.pixels), np.arange(17 * 23))
-    for region in range(tiles.number):
-        pixels = tiles.pixels[tiles.starts[region]:tiles.starts[region + 1]]
-        assert (tiles.labels.reshape(-1)[pixels] == region).all()
-        assert pixels.size and np.ptp(pixels // 23) < 6 and np.ptp(pixels % 23) < 6
+def test_regions_list_each_pixel_once(seed):
+    labels = np.random.default_rng(seed).permutation(np.arange(17 * 23) % 9).reshape(17, 23)
+    regions = planes.listed(labels.astype(np.int32), 9)
+    np.testing.assert_array_equal(np.sort(regions.pixels), np.arange(17 * 23))
+    for region in range(regions.number):
+        pixels = regions.pixels[regions.starts[region]:regions.starts[region + 1]]
+        assert pixels.size and (labels.reshape(-1)[pixels] == region).all()
 
 
 def rejected(dearer, trusted=(True,) * 5, least=0, labels=None):
@@ -248,11 +250,9 @@ def rejected(dearer, trusted=(True,) * 5, least=0, labels=None):
     selected = np.ones(shape, bool)
     old = np.zeros(shape, np.float32)
     new = np.where(np.array(dearer) == 0, 0.1, 2).reshape(shape).astype(np.float32)
-    sets = np.zeros(shape, np.int32), np.zeros(99, np.int32), np.zeros(99, np.int64), np.zeros(
-        99, np.int32)
     reject_unfounded(np.zeros(shape, np.int32) if labels is None else np.array([labels], np.int32),
                      (old, np.zeros(shape, np.int32)), (new, np.array([dearer], np.int32)),
-                     np.array([trusted], bool), (np.float32(0.5), 10, least), sets, selected)
+                     np.array([trusted], bool), (np.float32(0.5), 10, least), selected)
     return (~selected[0]).tolist()
 
 

@@ -111,10 +111,8 @@ def test_paths_follow_the_parent_as_the_twin_does(rows, columns, labels, upwards
     small, jump = (np.linspace(high, high / 8, 256).astype(np.uint16) for high in (90, 700))
     sums = random_map(costs.shape, 9, 3, np.uint16)
     before = sums.astype(int) if upwards else 0
-    paths = (np.zeros((2, 4, columns, labels + 2 * eight_directions.BESIDE), np.uint16),
-             np.zeros((2, 4, columns), np.uint16))
     eight_directions.sum_paths(costs, (parent, steepest), (steps, small, jump), sums, upwards,
-                               rows - 1 if upwards else 0, 0, paths)
+                               rows - 1 if upwards else 0, 0)
     np.testing.assert_array_equal(sums, before + twins.summed_paths(
         costs, parent, steepest, steps, small, jump, upwards))
 
@@ -128,8 +126,7 @@ def test_labels_are_chosen_from_both_sides_as_by_the_twin(shape, disparities):
     offsets, margins = np.zeros(shape, np.float32), np.zeros(shape, np.uint16)
     expected = twins.chosen_labels(sums.astype(int), disparities)
     eight_directions.choose_labels(
-        sums, disparities, np.zeros((2, columns + sums.shape[2]), np.uint16),
-        np.arange(sums.shape[2], dtype=np.uint16), (labels, offsets, margins, target), 0)
+        sums, disparities, (labels, offsets, margins, target), 0)
     for found, wanted in zip((labels, offsets, margins, target), expected):
         np.testing.assert_allclose(found, wanted, atol=1e-6)
 
@@ -201,7 +198,7 @@ def joined(shape, seed, change, apart):
     costs = random_map((*shape, 32), FULL, seed, np.uint16)
     rejected = random_map(shape, 2, seed + 3) == 1
     fitness.trust(rejected)
-    fitness.set_weights(across, down)
+    fitness.set_weights((across, down))
 
     def genes(surface):
         found = np.array([twins.cost_at(costs[place] >> 1, surface[place], 9)
@@ -264,7 +261,7 @@ def test_an_exchange_has_the_change_of_cost_from_the_first_parent_to_the_child(
     np.testing.assert_array_equal(exchange.cells, np.flatnonzero(abs(first - second) > apart))
     exchange.pairs[:] = 99
     surface_cost.exchange_changes(
-        first, first_costs, second, second_costs, across, down, (*numbers, apart),
+        first, first_costs, second, second_costs, np.stack([across, down]), (*numbers, apart),
         exchange.changes())
     for share in (2, 5, 10):
         exchange.taken[:] = random_map((exchange.cells.size,), 10, share) < share

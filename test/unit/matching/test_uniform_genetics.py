@@ -7,8 +7,7 @@ from fuzzy_stereo_ros.matching.kernels.genetic.random_numbers import key_of
 from fuzzy_stereo_ros.matching.kernels.genetic.uniform_fitness import (
     fill_chosen, fill_fitness, fill_neighbour_weights, FRAME, WEIGHTS)
 from fuzzy_stereo_ros.matching.kernels.genetic.uniform_operators import (
-    fill_exchange, larger_halves, LARGEST_HALF, mutate_by_patches, SPARE_ROWS, take_genes, UNIFORM)
-from fuzzy_stereo_ros.matching.kernels.simd import LANES
+    fill_exchange, fill_fitness_around, larger_halves, LARGEST_HALF, mutate_by_patches, UNIFORM)
 from fuzzy_stereo_ros.matching.paper.fitness import inside
 from fuzzy_stereo_ros.matching.paper.possibility import uniform_membership
 from hypothesis import given, settings, strategies as st
@@ -51,7 +50,7 @@ def exchanged(scene, first, second):
     """Return the Exchange of two chromosomes."""
     exchange = Exchange(*first[0].shape, 8)
     exchange.set_size(differing_cells(first[0], second[0], exchange.all_cells))
-    fill_exchange(first[:3], second[:3], scene.weights, exchange.changes())
+    fill_exchange(first[:2], second[:2], scene.weights, exchange.changes())
     return exchange
 
 
@@ -106,7 +105,9 @@ def test_taking_genes_leaves_a_child_that_is_worth_what_the_crossover_said(shape
     framed = first[0].shape
     change = (Cut(*framed, 8) if crossover == 'cut' else Regions(*framed))(exchange)
     assert change <= 0
-    take_genes(exchange.cells, exchange.taken, second[:3], scene.weights, shape[1], first[:3])
+    exchange.take(first[0], second[0])
+    exchange.take(first[1], second[1])
+    fill_fitness_around(exchange.cells[exchange.taken], scene.weights, first[:3])
     again = scene.chromosome(inside(first[0]))
     for found, expected in zip(first[:3], again[:3]):
         np.testing.assert_array_equal(inside(found), inside(expected))
@@ -115,9 +116,8 @@ def test_taking_genes_leaves_a_child_that_is_worth_what_the_crossover_said(shape
 
 def mutate(scene, chromosome, patches, half=3, key=1):
     """Mutate a chromosome in place; return the gain."""
-    spare = tuple(np.zeros(SPARE_ROWS * LANES, kind) for kind in (np.uint16, np.uint8, np.uint16))
     return mutate_by_patches(key_of(key), patches, larger_halves(half), scene.planes,
-                             scene.colours, scene.weights, chromosome[:3], spare)
+                             scene.colours, scene.weights, chromosome[:3])
 
 
 @settings(max_examples=60, deadline=None)

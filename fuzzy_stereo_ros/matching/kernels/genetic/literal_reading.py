@@ -10,8 +10,8 @@ from fuzzy_stereo_ros.matching.kernels.genetic.random_numbers import below, mixe
 import numpy as np
 
 
-@kernel
-def fill_row_fitness(chosen, chromosome, gradients, neighbourhood, sums, first, last, row_fitness):
+@kernel(allocates=True)
+def fill_row_fitness(chosen, chromosome, gradients, neighbourhood, first, last, row_fitness):
     """
     Write what each row from first to last - 1 adds to the fitness of a chromosome: Eq. 3.
 
@@ -23,17 +23,14 @@ def fill_row_fitness(chosen, chromosome, gradients, neighbourhood, sums, first, 
 
     The sum over N is kept by a running sum down each column and taken along the row.
 
-    chosen: uint8 (R, C), 255ths, possibility of the match chosen at each cell
-    chromosome: uint16 (R, C), index of a disparity
-    gradients: of the reference, uint16 (R, C), and of the target, uint16 (R, C + D - 1), grey
-    levels, from `gradient_by_index`
-    sums: of columns, int32 (C + neighbourhood - 1,), and of N, int32 (C,), memory
-    row_fitness: int64 (R,), 255ths, written from first to last - 1
+    chosen, chromosome: (R, C), not framed; gradients: of the reference, uint16 (R, C), and of the
+    target, uint16 (R, C + D - 1), grey levels, from `gradient_by_index`; row_fitness: int64 (R,),
+    255ths
     """
-    (reference_gradient, target_gradient), (window, support) = gradients, sums
+    reference_gradient, target_gradient = gradients
     rows, columns = chosen.shape
     half = neighbourhood // 2
-    window[:] = 0
+    window, support = np.zeros(columns + 2 * half, np.int32), np.empty(columns, np.int32)
     inside = window[half:half + columns]
     for row in range(max(first - half - 1, 0), min(first + half, rows)):
         add(inside, chosen[row])
@@ -65,12 +62,7 @@ def subtract(total, less):
 
 @called
 def weighted(support, genes, reference_gradient, target_gradient):
-    """
-    Return the sum along one row of support weighted by S: Eq. 4.
-
-    support: int32 (C,); genes: uint16 (C,); reference_gradient: uint16 (C,)
-    target_gradient: uint16 (C + D - 1,)
-    """
+    """Return the sum along one row of support weighted by S: Eq. 4."""
     columns = genes.size
     last_index = np.uint64(target_gradient.size - columns)
     total = np.int64(0)
@@ -89,8 +81,6 @@ def least_possible_level(chosen, share):
 
     Every cell below the level is one, and of the cells at the level the share of ties: together
     `share` of all cells.
-
-    chosen: uint8 (R, C), 255ths
     """
     rows, columns = chosen.shape
     counts = np.zeros((4, 256), np.int64)
@@ -115,10 +105,7 @@ def place_patches(key, patches, neighbourhood, disparities, chosen, level, share
     Place uniform patches on a chromosome; those whose middle is a least possible cell stay.
 
     A patch is a square of the size of N, cut at the image's border, with one random disparity.
-    `level` and `share_of_ties` come from `least_possible_level`.
-
-    key: uint64; chosen: uint8 (R, C), 255ths, possibility of each cell before the mutation
-    chromosome: uint16 (R, C), index of a disparity, changed
+    `level` and `share_of_ties` come from `least_possible_level`. chosen: of before the mutation
     """
     rows, columns = chosen.shape
     half = neighbourhood // 2

@@ -16,7 +16,6 @@ int32 (nodes, D).
 from typing import NamedTuple
 
 from fuzzy_stereo_ros.matching.kernels.compiled import called, inlined, kernel
-from fuzzy_stereo_ros.matching.kernels.genetic.exchange import row_of
 import numpy as np
 
 FREE, SOURCE, SINK = 0, 1, -1       # what tree a node belongs to
@@ -188,18 +187,19 @@ def _gather(nodes, network):
             capacity[other, direction + 1] += flow
 
 
-@kernel
-def maximum_flow(nodes, network, trees, active, orphans):
+@kernel(allocates=True)
+def maximum_flow(nodes, network, trees):
     """
     Send all the flow that fits; afterwards `tree` is SOURCE where a source still reaches.
 
-    nodes: int32 (n,), those that take part; network: the fields of Network; trees: those of Trees,
-    active: those of Active, orphans: int32 (> n,), memory.
+    nodes: int32 (n,), those that take part
     """
-    network, trees, active = Network(*network), Trees(*trees), Active(*active)
+    network, trees = Network(*network), Trees(*trees)
     offsets, capacity, supply = network
     tree, parent, stamp, distance = trees
-    queue, waiting = active
+    queue, orphans = np.empty(nodes.size + 1, np.int32), np.empty(nodes.size + 1, np.int32)
+    waiting = np.zeros(tree.size, np.bool_)
+    active = Active(queue, waiting)
     _gather(nodes, network)
     begin = end = 0
     for place in range(nodes.size):
@@ -252,19 +252,16 @@ REJECTED, OPEN, TAKEN = 0, 1, 2     # state of a cell; places without a cell are
 
 
 @kernel
-def load(changes, columns, offsets, weight, change, places, state):
+def load(alone, pairs, offsets, weight, change, places, state):
     """
-    Write the costs of a choice into a grid with a border: int32 places (n,) of the cells there.
+    Write the costs of a choice into a grid with a border; places: int32 (n,), of the cells there.
 
-    changes: the fields of Changes; pairs above 0, or with no cell, count as 0; weight: int32
-    (N, D), change: int32 (N,), state: uint8 (N,). weight and state are 0 before.
+    Pairs above 0, or with no cell, count as 0. weight: int32 (N, D), change: int32 (N,), state:
+    uint8 (N,); weight and state are 0 before
     """
-    cells, alone, pairs = changes
-    row = 0
-    for index in range(cells.size):
-        row = row_of(cells[index], row, columns)
-        place = cells[index] + row + columns + 2
-        places[index], change[place], state[place] = place, alone[index], OPEN
+    for index in range(places.size):
+        place = places[index]
+        change[place], state[place] = alone[index], OPEN
         for side in range(pairs.shape[1]):
             together, other = pairs[index, side], place + offsets[2 * side]
             if together < 0 and state[other] == OPEN:

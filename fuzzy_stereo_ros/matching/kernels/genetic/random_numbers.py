@@ -11,11 +11,7 @@ _SECOND = np.uint64(0x94D049BB133111EB)
 
 @kernel
 def mixed(key, counter):
-    """
-    Return 64 random bits that belong to a counter under a key: one step of SplitMix64.
-
-    key, counter: uint64
-    """
+    """Return 64 random bits that belong to a counter, uint64, under a key: one of SplitMix64."""
     bits = key + (counter + np.uint64(1)) * _GOLDEN
     bits = (bits ^ (bits >> np.uint64(30))) * _FIRST
     bits = (bits ^ (bits >> np.uint64(27))) * _SECOND
@@ -24,11 +20,7 @@ def mixed(key, counter):
 
 @called
 def below(bits, limit):
-    """
-    Return a number from 0 to limit - 1 made of the upper half of 64 random bits.
-
-    bits: uint64; limit: uint64, at most 2**32
-    """
+    """Return a number below a limit, uint64 up to 2**32, by the upper half of 64 random bits."""
     return ((bits >> np.uint64(32)) * limit) >> np.uint64(32)
 
 
@@ -40,11 +32,7 @@ def unit(bits):
 
 @kernel
 def fill_uniform(key, draws):
-    """
-    Write random numbers from 0 up to but not including 1.
-
-    draws: float64 (n,), written
-    """
+    """Write random numbers from 0 up to but not including 1: float64 (n,)."""
     for index in range(draws.size):
         draws[index] = unit(mixed(key, np.uint64(index)))
 
@@ -66,11 +54,7 @@ def key_of(*words):
 
 @kernel
 def scatter_random_genes(key, disparities, share, chromosome):
-    """
-    Draw a share of the genes of a chromosome, independent and uniform from 0 to disparities - 1.
-
-    key: uint64; share: 0 to 1, float; chromosome: uint16 (R, C), index of a disparity, changed
-    """
+    """Draw a share of the genes of a chromosome, independent and uniform from all disparities."""
     rows, columns = chromosome.shape
     limit = np.uint64(disparities)
     drawn = np.uint64(np.ceil(share * 2.0**32))

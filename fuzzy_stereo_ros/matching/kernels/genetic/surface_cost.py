@@ -31,12 +31,7 @@ def cost_at(costs, row, column, disparity, disparities):
 
 @kernel
 def gene_costs(costs, disparities, surface, trust, result, first, last):
-    """
-    Write the costs of the matches of some rows of a map.
-
-    costs: unsigned (R, C, labels); disparities: how many labels exist; surface: float32 (R, C),
-    px; trust: float32 (R, C), the share of it that counts; result: float32 (R, C).
-    """
+    """Write the costs of the matches of some rows of a map, times the trust in them."""
     for row in range(first, last):
         for column in range(surface.shape[1]):
             result[row, column] = trust[row, column] * cost_at(
@@ -60,14 +55,13 @@ def _step_parts(one, other, weight, steps):
 
 
 @kernel
-def exchange_changes(first, first_costs, second, second_costs, across, down, steps, changes):
+def exchange_changes(first, first_costs, second, second_costs, weights, steps, changes):
     """
     Write the changes of cost where cells take the second parent's genes: see crossover.Exchange.
 
     first, second: float32 (R, C), px; first_costs, second_costs: float32 (R, C), what the genes
-    cost; across, down: float32 (R, C), weights of the steps to the left and up; steps: the fields
-    of Steps, float32; changes: those of Changes, cells some of those where the parents are
-    `apart`, the others written.
+    cost; weights: float32 (2, R, C), of the steps to the left and up; changes: cells are some of
+    those where the parents are `apart`
     """
     steps = Steps(*steps)
     cells, alone, pairs = changes
@@ -82,7 +76,7 @@ def exchange_changes(first, first_costs, second, second_costs, across, down, ste
             pairs[index, side] = 0
             if (row if side else column) > 0:
                 place = row - side, column - 1 + side
-                weight = down[row, column] if side else across[row, column]
+                weight = weights[side, row, column]
                 its_old, its_new = first[place], second[place]
                 before = _step_parts(old, its_old, weight, steps)
                 after = _step_parts(new, its_old, weight, steps)
@@ -93,7 +87,7 @@ def exchange_changes(first, first_costs, second, second_costs, across, down, ste
                         - _step_parts(old, its_new, weight, steps))
             if (row + 1 < rows) if side else (column + 1 < columns):
                 place = row + side, column + 1 - side
-                weight = down[place] if side else across[place]
+                weight = weights[side, place[0], place[1]]
                 change += (_step_parts(new, first[place], weight, steps)
                            - _step_parts(old, first[place], weight, steps))
         alone[index] = change

@@ -35,8 +35,8 @@ def fitness_of_block(genes, chosen, weights, start, width, plane):
     """
     Return the fitness of LANES cells of a row: possibility times smoothness, at most 65280.
 
-    genes: uint16, chosen, weights (8 planes): uint8, flat views of framed maps
-    start: index of the first cell; width: of a framed row; plane: cells of a framed map
+    genes, chosen, weights: flat; start: index of the first cell; width: of a framed row; plane:
+    cells of a framed map
     """
     own = simd.load(genes, start)
     sums = simd.splat(np.uint16(0)), simd.splat(np.uint16(0))
@@ -56,14 +56,8 @@ def fitness_of_block(genes, chosen, weights, start, width, plane):
 
 @kernel
 def fill_fitness(genes, chosen, weights, columns, first, last, fitness):
-    """
-    Write the fitness of the cells of the rows from first to last - 1; return its sum.
-
-    genes: uint16, chosen: uint8 255ths, framed (R + 2, W); weights: uint8 (8, R + 2, W)
-    first, last: rows of the image; fitness: uint16, framed, 65280ths, written
-    """
-    width = genes.shape[1]
-    plane = genes.size
+    """Write the fitness of the cells of some rows of the image; return its sum."""
+    width, plane = genes.shape[1], genes.size
     flat_genes, flat_chosen = genes.reshape(-1), chosen.reshape(-1)
     flat_weights, flat_fitness = weights.reshape(-1), fitness.reshape(-1)
     sum_of_rows = np.int64(0)
@@ -77,12 +71,7 @@ def fill_fitness(genes, chosen, weights, columns, first, last, fitness):
 
 @kernel
 def fill_chosen(possibility, genes, first, last, chosen):
-    """
-    Write how possible the match is that a chromosome chose in each cell.
-
-    possibility: uint8 (D, R + 2, W), 255ths; genes: uint16, framed, index of a disparity
-    first, last: rows of the image; chosen: uint8, framed, written
-    """
+    """Write how possible the match is that a chromosome chose in each cell of some rows."""
     for row in range(first + 1, last + 1):
         for column in range(genes.shape[1]):
             chosen[row, column] = possibility[genes[row, column], row, column]
@@ -94,10 +83,8 @@ def fill_neighbour_weights(colours, similar, first, last, weights):
     Write how uniform each cell is with its eight neighbours, as whole parts of WEIGHTS.
 
     A neighbour weighs by its membership in the fuzzy class of the cell's colour; what rounding
-    leaves over goes to the heaviest. Neighbours outside the image weigh nothing.
-
-    colours: uint8 (3, R + 2, W), framed; similar: float32, by squared distance of colours / 4
-    first, last: rows of the image; weights: uint8 (8, R + 2, W), framed, written
+    leaves over goes to the heaviest. Neighbours outside the image weigh nothing. similar: float32,
+    by squared distance of colours / 4
     """
     rows, columns = weights.shape[1] - 2, weights.shape[2] - FRAME
     shares = np.zeros(8, np.float32)

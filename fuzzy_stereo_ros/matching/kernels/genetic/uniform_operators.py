@@ -23,6 +23,15 @@ class Chromosome(NamedTuple):
     fitness: np.ndarray  # uint16 (R + 2, W), 65280ths
 
 
+class Patch(NamedTuple):
+    """Rows top .. bottom - 1, columns left .. right - 1 of framed maps."""
+
+    top: int
+    bottom: int
+    left: int
+    right: int
+
+
 @inlined
 def _smooth(first, second):
     """Return the smoothness of two genes, without a branch."""
@@ -69,14 +78,13 @@ def fill_exchange(first, second, weights, changes):
     Two neighbours share (a_p w_pq + a_q w_qp) * smoothness of their genes, a the possibility that
     each chose; the sum over all pairs of neighbours is the fitness.
 
-    first, second: the fields of each parent's Chromosome; weights: uint8 (8, R + 2, W); changes:
-    the fields of Changes of framed maps, cells where the parents differ, the others written
+    first, second: genes and chosen of each parent; changes: of framed maps
     """
-    first, second = Chromosome(*first), Chromosome(*second)
+    (genes_of_first, chosen_of_first), (genes_of_second, chosen_of_second) = first, second
     cells, alone, pairs = changes
-    width = first.genes.shape[1]
-    genes = first.genes.reshape(-1), second.genes.reshape(-1)
-    chosen = first.chosen.reshape(-1), second.chosen.reshape(-1)
+    width = genes_of_first.shape[1]
+    genes = genes_of_first.reshape(-1), genes_of_second.reshape(-1)
+    chosen = chosen_of_first.reshape(-1), chosen_of_second.reshape(-1)
     flat_weights = weights.reshape(-1)
     for index in range(cells.size):
         cell = np.int64(cells[index])
@@ -97,31 +105,17 @@ def fill_exchange(first, second, weights, changes):
 
 
 @kernel
-def take_genes(cells, taken, other, weights, columns, chromosome):
-    """
-    Take genes of the second parent, and write the fitness of the rows around them.
-
-    cells: int32 (n,), ascending, taken: bool (n,), see crossover.Exchange; columns: of the image
-    other: the fields of the second parent's Chromosome; weights: uint8 (8, R + 2, W)
-    chromosome: the fields of the first parent's, changed
-    """
-    other = Chromosome(*other)
+def fill_fitness_around(cells, weights, chromosome):
+    """Write the fitness of the rows around some cells of a chromosome whose genes changed."""
     genes, chosen, fitness = chromosome
-    rows, width = genes.shape[0] - 2, genes.shape[1]
-    ours, our_chosen = genes.reshape(-1), chosen.reshape(-1)
-    theirs, their_chosen = other.genes.reshape(-1), other.chosen.reshape(-1)
-    for index in range(cells.size):
-        if taken[index]:
-            cell = cells[index]
-            ours[cell], our_chosen[cell] = theirs[cell], their_chosen[cell]
+    rows, columns = genes.shape[0] - 2, genes.shape[1] - FRAME
     first = last = 0        # rows of the image that are to be written
-    for index in range(cells.size):
-        if taken[index]:
-            row = cells[index] // width - 1
-            if row > last:
-                fill_fitness(genes, chosen, weights, columns, first, last, fitness)
-                first = row - 1
-            first, last = max(first, 0), min(row + 2, rows)
+    for cell in cells:
+        row = cell // genes.shape[1] - 1
+        if row > last:
+            fill_fitness(genes, chosen, weights, columns, first, last, fitness)
+            first = row - 1
+        first, last = max(first, 0), min(row + 2, rows)
     fill_fitness(genes, chosen, weights, columns, first, last, fitness)
 
 
@@ -167,100 +161,130 @@ def _gene_of_patch(bits, any_gene, row, column, reach, genes, disparities):
     return min(max(gene, 0), disparities - 1)
 
 
-@kernel
-def mutate_by_patches(key, patches, larger, possibility, colours, weights, chromosome, spare):
+@inlined
+def _place(patch_bits, half, rows, columns):
+    """Return the middle of a patch, and its `Patch`, cut at the border of the image."""
+    row = 1 + np.int64(below(patch_bits, np.uint64(rows)))
+    column = 1 + np.int64(below(patch_bits << np.uint64(32), np.uint64(columns)))
+    return row, column, Patch(max(row - half, 1), min(row + half, rows) + 1,
+                              max(column - half, 1), min(column + half, columns) + 1)
+
+
+@inlined
+def _try(patch, middle, gene, features, chromosome, spare, width):
+    """
+    Write a gene where a patch is uniform with its middle; keep what was there in the spare.
+
+    Returns a bit for each line that has changed. All maps are flat; features: possibility, colours
+    """
+    (possibility, colours), (genes, chosen, _), plane = features, chromosome, chromosome[0].size
+    fresh, limit = simd.splat(np.uint16(gene)), simd.splat(np.uint8(UNIFORM))
+    inside = simd.less(simd.lane_numbers(limit), simd.splat(np.uint8(patch.right - patch.left)))
+    blue, green, red = (simd.splat(colours[middle]), simd.splat(colours[plane + middle]),
+                        simd.splat(colours[2 * plane + middle]))
+    within, changed = np.uint32((1 << (patch.right - patch.left)) - 1), np.uint32(0)
+    for line in range(patch.top, patch.bottom):
+        start, place = line * width + patch.left, simd.LANES * (line - patch.top)
+        old = simd.load(genes, start)
+        if ~simd.equal_bits(old, fresh) & within == 0:
+            continue
+        apart = simd.maximum(
+            simd.maximum(
+                simd.absolute_difference(blue, simd.load(colours, start)),
+                simd.absolute_difference(green, simd.load(colours, plane + start))),
+            simd.absolute_difference(red, simd.load(colours, 2 * plane + start)))
+        uniform = simd.bit_and(inside, simd.at_most(apart, limit))
+        new = simd.choose(simd.widen(uniform), fresh, old)
+        if ~simd.equal_bits(new, old) == 0:
+            continue
+        changed |= np.uint32(1) << np.uint32(line - patch.top)
+        old_chosen = simd.load(chosen, start)
+        simd.store(spare.genes, place, old)
+        simd.store(spare.chosen, place, old_chosen)
+        simd.store(genes, start, new)
+        simd.store(chosen, start, simd.choose(
+            uniform, simd.load(possibility, gene * plane + start), old_chosen))
+    return changed
+
+
+@inlined
+def _measure(patch, lines, weights, chromosome, spare, width, rows):
+    """Write the fitness of lines of a patch into the spare; return what is gained there."""
+    genes, chosen, fitness = chromosome
+    first, gain = max(patch.left - 1, 1), np.int64(0)
+    while lines != 0:
+        line = patch.top - 1 + simd.first_set(lines)
+        lines &= lines - np.uint32(1)
+        if 1 <= line <= rows:
+            start = line * width + first
+            block = fitness_of_block(genes, chosen, weights, start, width, genes.size)
+            simd.store(spare.fitness, simd.LANES * (line - patch.top + 1), block)
+            gain += simd.total(block) - simd.total(simd.load(fitness, start))
+    return gain
+
+
+@inlined
+def _keep(patch, lines, chromosome, spare, width, rows):
+    """Take the fitness that was measured."""
+    first = max(patch.left - 1, 1)
+    while lines != 0:
+        line = patch.top - 1 + simd.first_set(lines)
+        lines &= lines - np.uint32(1)
+        if 1 <= line <= rows:
+            simd.store(chromosome[2], line * width + first,
+                       simd.load(spare.fitness, simd.LANES * (line - patch.top + 1)))
+
+
+@inlined
+def _undo(patch, changed, chromosome, spare, width):
+    """Write back what was there."""
+    genes, chosen, _ = chromosome
+    while changed != 0:
+        line = patch.top + simd.first_set(changed)
+        changed &= changed - np.uint32(1)
+        start, place = line * width + patch.left, simd.LANES * (line - patch.top)
+        simd.store(genes, start, simd.load(spare.genes, place))
+        simd.store(chosen, start, simd.load(spare.chosen, place))
+
+
+@kernel(allocates=True)
+def mutate_by_patches(key, patches, larger, possibility, colours, weights, chromosome):
     """
     Try patches of one gene; each stays where the fitness does not fall. Return the gain.
 
     A patch is what is uniform with its middle in a square around it. A patch whose gene is
-    clearly less possible at its middle than what is there is not tried.
-
-    key: uint64; larger: float64, from `larger_halves`
-    possibility: uint8 (D, R + 2, W), 255ths; colours: uint8 (3, R + 2, W)
-    weights: uint8 (8, R + 2, W); chromosome: the fields of a Chromosome, changed; spare: those of
-    another, (SPARE_ROWS * LANES,), memory. All maps are framed, see uniform_fitness.
+    clearly less possible at its middle than what is there is not tried. larger: float64, from
+    `larger_halves`
     """
     genes, chosen, fitness = chromosome
-    spare = Chromosome(*spare)
+    flat, size = (genes.reshape(-1), chosen.reshape(-1), fitness.reshape(-1)), (
+        SPARE_ROWS * simd.LANES)
+    spare = Chromosome(
+        np.empty(size, np.uint16), np.empty(size, np.uint8), np.empty(size, np.uint16))
     rows, columns = genes.shape[0] - 2, genes.shape[1] - FRAME
     width, plane, disparities = genes.shape[1], genes.size, possibility.shape[0]
-    flat_genes, flat_chosen = genes.reshape(-1), chosen.reshape(-1)
-    flat_fitness, flat_weights = fitness.reshape(-1), weights.reshape(-1)
-    flat_colours, flat_possibility = colours.reshape(-1), possibility.reshape(-1)
-    lane = simd.lane_numbers(simd.load(flat_chosen, 0))
-    limit = simd.splat(np.uint8(UNIFORM))
+    features, flat_weights = (possibility.reshape(-1), colours.reshape(-1)), weights.reshape(-1)
     gained = np.int64(0)
-    for patch in range(patches):
-        place = mixed(key, np.uint64(3 * patch))
-        shape = mixed(key, np.uint64(3 * patch + 1))
-        row = 1 + np.int64(below(place, np.uint64(rows)))
-        column = 1 + np.int64(below(place << np.uint64(32), np.uint64(columns)))
+    for number in range(patches):
+        shape = mixed(key, np.uint64(3 * number + 1))
         half = _half_of_patch(shape, larger)
-        gene = _gene_of_patch(mixed(key, np.uint64(3 * patch + 2)),
+        row, column, patch = _place(mixed(key, np.uint64(3 * number)), half, rows, columns)
+        gene = _gene_of_patch(mixed(key, np.uint64(3 * number + 2)),
                               unit(shape << np.uint64(12)) >= NEAR_SHARE, row, column, half + 2,
                               genes, disparities)
         middle = row * width + column
-        if (np.int64(flat_possibility[gene * plane + middle]) + NEARLY) * (
-                WEIGHTS * EQUAL) < np.int64(flat_fitness[middle]):
+        if (np.int64(features[0][gene * plane + middle]) + NEARLY) * (
+                WEIGHTS * EQUAL) < np.int64(flat[2][middle]):
             continue
-        top, bottom = max(row - half, 1), min(row + half, rows) + 1
-        left, right = max(column - half, 1), min(column + half, columns) + 1
-        inside = simd.less(lane, simd.splat(np.uint8(right - left)))
-        blue = simd.splat(flat_colours[middle])
-        green = simd.splat(flat_colours[plane + middle])
-        red = simd.splat(flat_colours[2 * plane + middle])
-        fresh = simd.splat(np.uint16(gene))
-        within = np.uint32((1 << (right - left)) - 1)
-        changed = np.uint32(0)      # a bit for each line of the patch
-        for line in range(top, bottom):
-            start, place = line * width + left, simd.LANES * (line - top)
-            old = simd.load(flat_genes, start)
-            if ~simd.equal_bits(old, fresh) & within == 0:
-                continue
-            apart = simd.maximum(
-                simd.maximum(
-                    simd.absolute_difference(blue, simd.load(flat_colours, start)),
-                    simd.absolute_difference(green, simd.load(flat_colours, plane + start))),
-                simd.absolute_difference(red, simd.load(flat_colours, 2 * plane + start)))
-            uniform = simd.bit_and(inside, simd.at_most(apart, limit))
-            new = simd.choose(simd.widen(uniform), fresh, old)
-            if ~simd.equal_bits(new, old) == 0:
-                continue
-            changed |= np.uint32(1) << np.uint32(line - top)
-            old_chosen = simd.load(flat_chosen, start)
-            simd.store(spare.genes, place, old)
-            simd.store(spare.chosen, place, old_chosen)
-            simd.store(flat_genes, start, new)
-            simd.store(flat_chosen, start, simd.choose(
-                uniform, simd.load(flat_possibility, gene * plane + start), old_chosen))
+        changed = _try(patch, middle, gene, features, flat, spare, width)
         if changed == 0:
             continue
-        first = max(left - 1, 1)
         # the lines, from top - 1 on, whose fitness changes
         around = changed | changed << np.uint32(1) | changed << np.uint32(2)
-        gain, lines = np.int64(0), around
-        while lines != 0:
-            line = top - 1 + simd.first_set(lines)
-            lines &= lines - np.uint32(1)
-            if 1 <= line <= rows:
-                start, place = line * width + first, simd.LANES * (line - top + 1)
-                block = fitness_of_block(flat_genes, flat_chosen, flat_weights, start, width,
-                                         plane)
-                simd.store(spare.fitness, place, block)
-                gain += simd.total(block) - simd.total(simd.load(flat_fitness, start))
+        gain = _measure(patch, around, flat_weights, flat, spare, width, rows)
         if gain < 0:
-            while changed != 0:
-                line = top + simd.first_set(changed)
-                changed &= changed - np.uint32(1)
-                start, place = line * width + left, simd.LANES * (line - top)
-                simd.store(flat_genes, start, simd.load(spare.genes, place))
-                simd.store(flat_chosen, start, simd.load(spare.chosen, place))
-            continue
-        gained += gain
-        while around != 0:
-            line = top - 1 + simd.first_set(around)
-            around &= around - np.uint32(1)
-            if 1 <= line <= rows:
-                simd.store(flat_fitness, line * width + first,
-                           simd.load(spare.fitness, simd.LANES * (line - top + 1)))
+            _undo(patch, changed, flat, spare, width)
+        else:
+            _keep(patch, around, flat, spare, width, rows)
+            gained += gain
     return gained

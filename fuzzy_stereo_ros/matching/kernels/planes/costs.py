@@ -11,7 +11,7 @@ changes its plane only if its visible matches get no worse.
 from typing import NamedTuple
 
 from fuzzy_stereo_ros.matching.kernels.compiled import inlined, kernel
-from fuzzy_stereo_ros.matching.kernels.planes.plane import disparity_at, plane_at
+from fuzzy_stereo_ros.matching.kernels.planes.fits import disparity_at, plane_at
 from fuzzy_stereo_ros.matching.kernels.refinement.dense_map import colours_apart
 from fuzzy_stereo_ros.matching.kernels.union_find import join, root
 import numpy as np
@@ -46,15 +46,14 @@ class Supports(NamedTuple):
 class Parent(NamedTuple):
     """A parent of a crossover of planes."""
 
-    planes: np.ndarray       # float32 (R, 3, C), see plane.py
+    planes: np.ndarray       # float32 (R, 3, C), see fits.py
     costs: np.ndarray        # int (R, C), of the matches
 
 
 class PlanePenalties(NamedTuple):
     """What differences of neighbours' planes cost."""
 
-    across: np.ndarray       # float32 (R, C), UNITs a px, to the left neighbour
-    down: np.ndarray         # float32 (R, C), to the upper neighbour
+    weights: np.ndarray      # float32 (2, R, C), UNITs a px, to the left and the upper neighbour
     most: np.float32         # px, the largest difference that counts
 
 
@@ -63,9 +62,8 @@ def fill_supports(colours, by_colour, by_distance, share, supports, first, last)
     """
     Weigh the neighbours of each pixel by colour, distance and a share, and sum the weights.
 
-    colours: uint8 (R, C, 3); by_colour: float32 (766,), by the sum of differences of the channels;
-    by_distance: float32 (side,), by rows or columns; share: float32 (R, C), 0 to 1, of each
-    neighbour; supports: the fields of Supports, whose weights and masses are written
+    by_colour: float32 (766,), by the sum of differences of the channels; by_distance: float32
+    (side,), by rows or columns; share: float32 (R, C), 0 to 1, of each neighbour
     """
     stride, weights, masses = supports
     (rows, columns), side = masses.shape, by_distance.size
@@ -103,12 +101,7 @@ def _cost_at(volume, row, column, label, column_step):
 
 @kernel
 def plane_costs(volume, disparities, supports, selected, parent, first, last):
-    """
-    Write the costs of the planes of the selected pixels over their supports, 0 to UNIT.
-
-    volume: the fields of a Volume; supports: of Supports; selected: bool (R, C); parent: the
-    fields of a Parent, whose costs are written
-    """
+    """Write the costs of the planes of the selected pixels over their supports, 0 to UNIT."""
     volume, origin, column_step = volume
     stride, weights, masses = supports
     planes, costs = parent
@@ -186,12 +179,8 @@ def bend(one, row, column, other, y, x, weight, most):
 
 @kernel
 def smoothness(planes, penalties, row_sums, first, last):
-    """
-    Write the costs of the differences of neighbours: int64 (R,), the sums of rows.
-
-    planes: float32 (R, 3, C); penalties: the fields of PlanePenalties
-    """
-    across, down, most = penalties
+    """Write the costs of the differences of neighbours: int64 (R,), the sums of rows."""
+    weights, most = penalties
     for row in range(first, last):
         total = np.int64(0)
         for column in range(planes.shape[2]):
@@ -199,8 +188,8 @@ def smoothness(planes, penalties, row_sums, first, last):
             for side in range(2):
                 y, x = row - side, column - 1 + side
                 if y >= 0 and x >= 0:
-                    weight = down[row, column] if side else across[row, column]
-                    total += bend(one, row, column, plane_at(planes, y, x), y, x, weight, most)
+                    total += bend(one, row, column, plane_at(planes, y, x), y, x,
+                                  weights[side, row, column], most)
         row_sums[row] = total
 
 
@@ -209,13 +198,11 @@ def fill_exchange(first, second, penalties, selected, numbers, changes):
     """
     Write the changes of cost of taking the second parent's planes: see crossover.Exchange.
 
-    first, second: the fields of a Parent; penalties: of PlanePenalties; selected: bool (R, C), the
-    cells; numbers: int32 (R, C), memory; changes: the fields of exchange.Changes, whose cells are
-    set
+    first, second: of a Parent; penalties: of PlanePenalties; numbers: int32 (R, C), memory
     """
     cells, alone, pairs = changes
     (first_planes, first_costs), (second_planes, second_costs) = first, second
-    across, down, most = penalties
+    weights, most = penalties
     rows, columns = selected.shape
     for number in range(cells.size):
         row, column = cells[number] // columns, cells[number] % columns
@@ -227,8 +214,7 @@ def fill_exchange(first, second, penalties, selected, numbers, changes):
             y, x = row - side, column - 1 + side
             pairs[number, side] = 0
             if y >= 0 and x >= 0:
-                weight = down[row, column] if side else across[row, column]
-                other = plane_at(first_planes, y, x)
+                weight, other = weights[side, row, column], plane_at(first_planes, y, x)
                 old = bend(one, row, column, other, y, x, weight, most)
                 mixed = bend(new, row, column, other, y, x, weight, most)
                 alone[number] += mixed - old
@@ -240,23 +226,9 @@ def fill_exchange(first, second, penalties, selected, numbers, changes):
                     pairs[number, side] = both + old - mixed - remixed
             y, x = row + side, column + 1 - side
             if y < rows and x < columns and not selected[y, x]:
-                weight = down[y, x] if side else across[y, x]
-                other = plane_at(first_planes, y, x)
+                weight, other = weights[side, y, x], plane_at(first_planes, y, x)
                 alone[number] += (bend(new, row, column, other, y, x, weight, most)
                                   - bend(one, row, column, other, y, x, weight, most))
-
-
-@kernel
-def take_planes(first, second, cells, taken):
-    """Give the first Parent the second one's planes, and what they cost, in the taken cells."""
-    (first_planes, first_costs), (second_planes, second_costs) = first, second
-    columns = first_costs.shape[1]
-    for index in range(cells.size):
-        if taken[index]:
-            row, column = cells[index] // columns, cells[index] % columns
-            first_costs[row, column] = second_costs[row, column]
-            for part in range(3):
-                first_planes[row, part, column] = second_planes[row, part, column]
 
 
 class Demands(NamedTuple):
@@ -267,32 +239,24 @@ class Demands(NamedTuple):
     least: int               # number of its pixels
 
 
-class RegionSets(NamedTuple):
-    """Memory for the union-find of moving regions, numbered from 1 on; 0 is none, its parent 0."""
-
-    region: np.ndarray       # int32 (R, C)
-    parent: np.ndarray       # int32 (R * C + 1,)
-    excess: np.ndarray       # int64 (R * C + 1,), cost that its trusted pixels gain over the price
-    size: np.ndarray         # int32 (R * C + 1,), pixels
-
-
-@kernel
-def reject_unfounded(labels, old, new, trusted, demands, sets, selected):
+@kernel(allocates=True)
+def reject_unfounded(labels, old, new, trusted, demands, selected):
     """
     Reject regions that a proposal moves although their visible matches get worse.
 
     A region is what is 4-connected, of one label, and moves far. It may move if its trusted pixels
     do not cost more, in sum, than the price of those that are not trusted; or if it is small.
 
-    labels: int32 (R, C); old, new: disparities, float32 (R, C), px, and costs without smoothness,
-    int (R, C); trusted: bool (R, C); demands: the fields of Demands; sets: of RegionSets;
+    labels: int32 (R, C); old, new: disparities, float32 (R, C), px, and costs without smoothness;
     selected: bool (R, C), set to false in regions that are rejected
     """
     (old, old_costs), (new, new_costs) = old, new
     far, price, least = demands
-    region, parent, excess, size = sets
     rows, columns = selected.shape
-    known = 1
+    region = np.empty((rows, columns), np.int32)    # numbers from 1 on; 0 is none, its parent 0
+    parent, size = np.empty(selected.size + 1, np.int32), np.empty(selected.size + 1, np.int32)
+    excess = np.empty(selected.size + 1, np.int64)  # that trusted pixels gain over the price
+    parent[0], known = 0, 1
     for row in range(rows):
         for column in range(columns):
             region[row, column] = 0

@@ -1,11 +1,15 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Planes fitted around pixels and to regions."""
+"""
+Planes fitted around pixels and to regions.
+
+A plane (a, b, c) has the disparity a x + b y + c at (x, y). Maps of planes are float32 (r, 3, c):
+a row has all its a, then all its b, then all its c, so that loops over cells work with vectors.
+"""
 from typing import NamedTuple
 
 from fuzzy_stereo_ros.matching.kernels.compiled import called, inlined, kernel
 from fuzzy_stereo_ros.matching.kernels.genetic.random_numbers import below, mixed
-from fuzzy_stereo_ros.matching.kernels.planes.plane import disparity_at
 from fuzzy_stereo_ros.matching.kernels.refinement.dense_map import sums_around
 import numpy as np
 
@@ -29,6 +33,27 @@ class RandomPlanes(NamedTuple):
     limit: np.float32        # px by which a point agrees
     enough: float            # share of the points whose agreement ends the search
     key: np.uint64           # of the random numbers
+
+
+@inlined
+def plane_at(planes, row, column):
+    """Return the plane of a cell of a map."""
+    return planes[row, 0, column], planes[row, 1, column], planes[row, 2, column]
+
+
+@inlined
+def disparity_at(plane, x, y):
+    """Return the disparity of a plane at a place."""
+    return plane[0] * np.float32(x) + plane[1] * np.float32(y) + plane[2]
+
+
+@kernel
+def disparities_of(planes, highest, disparities, first, last):
+    """Write the disparities of a map of planes, within 0 to highest: float32 (r, c), px."""
+    for row in range(first, last):
+        for column in range(disparities.shape[1]):
+            disparity = disparity_at(plane_at(planes, row, column), column, row)
+            disparities[row, column] = min(max(disparity, np.float32(0)), highest)
 
 
 @inlined
@@ -58,8 +83,8 @@ def random_plane(points, first, number, key, count):
     """
     Return (is it one, slope, fall, offset) of the plane through three of `number` points.
 
-    points: float32 (3, N), x, y and disparity, of which those from `first` on count; key, count:
-    uint64, random numbers `count` to `count + 2` of a key choose the three
+    points: float32 (3, N), x, y and disparity, of which those from `first` on count; random
+    numbers `count` to `count + 2` of a key choose the three
     """
     one = first + below(mixed(key, count), np.uint64(number))
     two = first + below(mixed(key, count + np.uint64(1)), np.uint64(number))
@@ -91,8 +116,8 @@ def best_of_random(points, first, last, stride, random, count, plane):
 
     Fischler and Bolles, Random sample consensus, 1981.
 
-    points, first, last, stride: of agreeing; random: of RandomPlanes; count: uint64, number of the
-    first random number of its key; plane: slope, fall and offset, NaN for none
+    points, first, last, stride: of agreeing; random: of RandomPlanes; count: number of the first
+    random number of its key; plane: slope, fall and offset, NaN for none
     """
     (rounds, limit, enough, key), (slope, fall, offset) = random, plane
     most = agreeing(points, first, last, stride, plane, limit)
@@ -112,8 +137,7 @@ def least_squares(points, first, last, plane, limit, origin):
     """
     Return the number of points within a limit of a plane, and their plane of least squares.
 
-    points: float32 (3, N), x, y and disparity, of which first .. last - 1 count; plane: slope,
-    fall and offset; origin: a point among them, from which they are measured
+    origin: a point among them, from which they are measured
     """
     x0, y0, d0 = origin
     s = sx = sy = sxx = sxy = syy = sd = sxd = syd = 0.0
@@ -136,12 +160,7 @@ def least_squares(points, first, last, plane, limit, origin):
 
 @kernel
 def local_planes(disparities, colours, neighbours, planes, first, last):
-    """
-    Write the plane fitted to the similar neighbours of each pixel, with damped slopes.
-
-    disparities: float32 (R, C), px; colours: uint8 (R, C, 3); neighbours: the fields of
-    dense_map.Neighbours; planes: float32 (R, 3, C)
-    """
+    """Write the plane fitted to the similar neighbours of each pixel, with damped slopes."""
     for row in range(first, last):
         for column in range(disparities.shape[1]):
             centre = disparities[row, column]
@@ -153,11 +172,7 @@ def local_planes(disparities, colours, neighbours, planes, first, last):
 
 @kernel
 def list_regions(labels, region_pixels):
-    """
-    List the pixels of each region.
-
-    labels: int32 (R * C,), from 0; region_pixels: the fields of RegionPixels, written
-    """
+    """List the pixels of each region; labels: int32 (R * C,), from 0."""
     starts, pixels = region_pixels
     starts[:] = 0
     for label in labels:
@@ -189,20 +204,21 @@ def _points_of(flat, known, begin, end, pixels, columns, points):
     return number
 
 
-@kernel
-def region_planes(disparities, trusted, region_pixels, random, points, planes, first, last):
+@kernel(allocates=True)
+def region_planes(disparities, trusted, region_pixels, random, planes, first, last):
     """
     Fit a plane to each region: the best of random ones, then least squares of its inliers.
 
-    Of regions with few trusted pixels all count.
-
-    disparities: float32 (R, C), px; trusted: bool (R, C); region_pixels: the fields of
-    RegionPixels; random: of RandomPlanes; points: float32 (3, largest region), memory; planes:
-    float32 (regions, 3); first, last: regions
+    Of regions with few trusted pixels all count. planes: float32 (regions, 3); first, last:
+    regions
     """
     (starts, pixels), (rounds, limit, _, _) = region_pixels, random
     columns = disparities.shape[1]
     flat, known = disparities.reshape(-1), trusted.reshape(-1)
+    largest = 0
+    for region in range(first, last):
+        largest = max(largest, starts[region + 1] - starts[region])
+    points = np.empty((3, largest), np.float32)
     for region in range(first, last):
         number = _points_of(flat, known, starts[region], starts[region + 1], pixels, columns,
                             points)

@@ -21,10 +21,9 @@ def fill_class_possibility(tables, levels, min_disparity, disparities, outside, 
     """
     Write how possible each match of some rows is by grey AND by both gradients: their product.
 
-    tables: uint8 (3, 256, 256), 255ths, of grey, of the gradient across and of that down
-    levels: those of the tables, of the reference and of the target: uint8 (3, R, C) each; outside:
-    uint8, 255ths, of a match outside the target; first, last: rows
-    possibility: uint8 (R, C, at least disparities), 255ths, written
+    tables: uint8 (3, 256, 256), 255ths, of grey, of the gradient across and of that down; levels:
+    uint8 (3, R, C), those of the tables, of the reference and of the target; outside: 255ths, of a
+    match outside the target; possibility: uint8 (R, C, at least disparities), 255ths
     """
     (reference, target), columns = levels, possibility.shape[1]
     for row in range(first, last):
@@ -58,11 +57,10 @@ def average_over_uniform(possibility, colours, weights, slopes, labels, along_co
     leaves over: sums of LANES disparities at once then fit 16 bits.
 
     possibility: uint8 (R, C, max(D, LANES) + REACH), 255ths; what is beyond D, and REACH bytes
-    before the array, is that outside the range; colours: uint8 (3, R + 2, W), framed; weights:
-    float32 (half + 1, n), by distance in cells and by squared distance of colours / 4, the last
-    for all beyond; slopes: float32 (R, C), disparities a cell, at most REACH / half; labels: (D,
-    the possibility outside the range); along_columns: or along rows; first, last: rows; average:
-    as possibility, written
+    before the array, is that outside the range; weights: float32 (half + 1, n), by distance in
+    cells and by squared distance of colours / 4, the last for all beyond; slopes: float32 (R, C),
+    disparities a cell, at most REACH / half; labels: (D, the possibility outside the range);
+    along_columns: or along rows; average: as possibility
     """
     (rows, columns, depth), (disparities, outside) = possibility.shape, labels
     half = weights.shape[0] - 1
@@ -145,10 +143,9 @@ def _cut_into_parts(degrees, whole, parts):
 @kernel
 def fill_planes(possibility, table, first, last, planes):
     """
-    Write possibilities with one framed plane a disparity, each by a table.
+    Write possibilities with one framed plane a disparity, each by a table, uint8 (256,).
 
-    possibility: uint8 (R, C, at least D); table: uint8 (256,); first, last: rows
-    planes: uint8 (D, R + 2, W), written at [k, r + 1, c + 1]
+    possibility: uint8 (R, C, at least D); planes: written at [k, r + 1, c + 1]
     """
     columns, disparities = possibility.shape[1], planes.shape[0]
     for row in range(first, last):
@@ -160,12 +157,7 @@ def fill_planes(possibility, table, first, last, planes):
 
 @kernel
 def most_possible(planes, first, last, best, chromosome):
-    """
-    Write the most possible disparity of each cell; of equals the smallest.
-
-    planes: uint8 (D, R + 2, W); first, last: rows; best: uint8 (W,), memory
-    chromosome: uint16 (R + 2, W), framed, index of a disparity, written
-    """
+    """Write the most possible disparity of each cell; of equals the smallest; best: memory."""
     for row in range(first + 1, last + 1):
         copy_row(planes[0, row], best)
         chromosome[row] = 0
@@ -179,12 +171,7 @@ def most_possible(planes, first, last, best, chromosome):
 
 @kernel
 def fill_largest_elsewhere(planes, chromosome, near, first, last, largest):
-    """
-    Write the possibility of the best match that is farther than `near` from a chromosome's.
-
-    planes: uint8 (D, R + 2, W); chromosome: uint16 (R + 2, W), indices of disparities; first,
-    last: rows; largest: uint8 (R + 2, W), written; all framed
-    """
+    """Write the possibility of the best match that is farther than `near` from a chromosome's."""
     width = chromosome.shape[1]
     flat, flat_genes, flat_largest = planes.reshape(-1), chromosome.reshape(-1), largest.reshape(
         -1)

@@ -14,7 +14,7 @@ from typing import NamedTuple
 from fuzzy_stereo_ros.matching.kernels.compiled import called, kernel
 from fuzzy_stereo_ros.matching.kernels.scanlines.winner_takes_all import best_label, least_sum
 from fuzzy_stereo_ros.matching.kernels.simd import (
-    add, at_most, choose, LANES, load, lowest, minimum, splat, store, subtract)
+    add, at_most, choose, lane_numbers, LANES, load, lowest, minimum, splat, store, subtract)
 import numpy as np
 
 BESIDE = 8           # elements on both sides of a pixel's labels; a parent's step is less
@@ -130,21 +130,21 @@ def _add_paths(paths, parity, columns, labels, sums, place):
         place += labels
 
 
-@kernel
-def sum_paths(costs, parent, penalties, sums, upwards, begin, first, paths):
+@kernel(allocates=True)
+def sum_paths(costs, parent, penalties, sums, upwards, begin, first):
     """
     Write the sums of the paths from the left and from above, or add those of the way upwards.
 
-    costs: uint16 (R, C, labels); parent: the fields of a Surface; penalties: those of
-    StepPenalties; sums: uint16 (n, C, labels), of n rows from `first` on; upwards: add the paths
-    from the right and from below; begin: the row in which the paths start; paths: the fields of
-    Paths, working memory.
+    parent: of a Surface; penalties: of StepPenalties; sums: uint16 (n, C, labels), of n rows from
+    `first` on; upwards: add the paths from the right and from below; begin: the row in which the
+    paths start
     """
-    parent, penalties, paths = Surface(*parent), StepPenalties(*penalties), Paths(*paths)
+    parent, penalties = Surface(*parent), StepPenalties(*penalties)
     columns, labels = costs.shape[1:]
+    paths = Paths(np.full((2, 4, columns, labels + 2 * BESIDE), np.uint16(FAR)),
+                  np.empty((2, 4, columns), np.uint16))
     flat, last = sums.reshape(-1), first + len(sums)
     stop, onwards = (first - 1, -1) if upwards else (last, 1)
-    paths.costs[:] = FAR
     for row in range(begin, stop, onwards):
         _row_of_paths(costs, parent, penalties, row, row - onwards, row == begin, upwards, paths)
         if first <= row < last:
@@ -161,18 +161,18 @@ def _stretched(offset):
     return size if offset > 0 else -size
 
 
-@kernel
-def choose_labels(sums, disparities, offered, numbers, chosen, first):
+@kernel(allocates=True)
+def choose_labels(sums, disparities, chosen, first):
     """
     Choose the labels of least sum of some rows, seen from both sides.
 
     sums: uint16 (n, C, padded labels), of n rows from `first` on; those from `disparities` on are
-    overwritten; offered: uint16 (2, C + padded labels), working memory; numbers: uint16, 0, 1, ...
-    a label; chosen: the fields of ChosenLabels, written in these rows.
+    overwritten; chosen: of ChosenLabels
     """
     labels, offsets, margins, target = chosen
     columns, padded = sums.shape[1:]
-    flat, best_sums, best_labels = sums.reshape(-1), offered[0], offered[1]
+    flat, best_sums = sums.reshape(-1), np.empty(columns + padded, np.uint16)
+    best_labels = np.empty(columns + padded, np.uint16)
     for row in range(first, first + len(sums)):
         best_sums[:] = 65535
         best_labels[:] = 0
@@ -185,7 +185,7 @@ def choose_labels(sums, disparities, offered, numbers, chosen, first):
             for block in range(0, padded, LANES):
                 total, known = load(flat, place + block), load(best_sums, begin + block)
                 store(best_labels, begin + block, choose(
-                    at_most(total, known), load(numbers, block),
+                    at_most(total, known), add(lane_numbers(total), splat(np.uint16(block))),
                     load(best_labels, begin + block)))
                 store(best_sums, begin + block, minimum(total, known))
             low, high = max(best - 1, 0), min(best + 1, disparities - 1)
