@@ -12,7 +12,7 @@ from fuzzy_stereo_ros.matching.arrays import zeros
 from fuzzy_stereo_ros.matching.kernels.genetic.exchange import (
     copy_taken, Sets, take_regions, widest)
 from fuzzy_stereo_ros.matching.kernels.genetic.minimum_cut import (
-    decide, load, maximum_flow, Trees, unload)
+    load, maximum_flow, OUTSIDE, SOURCE, Trees)
 import numpy as np
 
 LARGEST_CHANGE = 2**26  # largest change of cost of one cell or of two cells together
@@ -97,13 +97,12 @@ class Cut:
         wide = columns + 1
         ahead = [1, wide + 1, wide, wide - 1] if neighbours == 8 else [1, wide]
         self._offsets = np.array([sign * step for step in ahead for sign in (-1, 1)])
-        size, places = rows * columns + 1, (rows + 2) * wide + 1
-        self._weight = zeros((places, neighbours), np.int32)
-        self._change, self._room = (zeros(places, np.int32) for _ in range(2))
-        self._state = zeros(places, np.uint8)
+        places = (rows + 2) * wide + 1
+        self._capacity = zeros((places, neighbours), np.int32)
+        self._supply = zeros(places, np.int32)
         self._trees = Trees(*(zeros(places, kind) for kind in (
             np.int8, np.int8, np.int32, np.int32)))
-        self._open = zeros(size, np.int32)
+        self._trees.tree[:] = OUTSIDE
         self.regions = Regions(rows, columns)
 
     def __call__(self, exchange, random=None):
@@ -112,9 +111,9 @@ class Cut:
             raise ValueError(f'a change of cost is beyond {LARGEST_CHANGE}')
         row, column = np.divmod(exchange.cells, self._columns)
         places = (row + 1) * (self._columns + 1) + column + 1
-        network = self._offsets, self._weight, self._change
-        load(exchange.alone, exchange.pairs, *network, places, self._state)
-        number = decide(*network, places, self._room, self._state, self._open)
-        maximum_flow(self._open[:number], network, tuple(self._trees))
-        unload(places, self._state, self._trees.tree, self._weight, exchange.taken)
+        network, tree = (self._offsets, self._capacity, self._supply), self._trees.tree
+        load(exchange.alone, exchange.pairs, places, network, tree)
+        maximum_flow(places, network, tuple(self._trees))
+        exchange.taken[:] = tree[places] == SOURCE
+        self._capacity[places], tree[places] = 0, OUTSIDE
         return self.regions.keep_gains(exchange)

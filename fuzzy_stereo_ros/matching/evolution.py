@@ -21,7 +21,6 @@ import time
 from fuzzy_stereo_ros.matching.kernels.genetic.random_numbers import fill_uniform, key_of
 import numpy as np
 
-MOST_GENERATIONS = 10**6    # of a budget that only time limits
 DECAY = 0.9                 # of an expected duration, by a shorter one
 
 
@@ -72,15 +71,10 @@ class Budget:
         rest._deadline_ns -= int(milliseconds * 1e6)
         return rest
 
-    def limited_to(self, milliseconds):
-        """Return a budget within this one: some time from now, or for 0 one generation."""
+    def of_one_generation(self):
+        """Return a budget within this one that allows one generation."""
         limited = copy(self)
-        if milliseconds <= 0 or self._generations == 0:
-            limited._generations = min(self._generations, 1)
-            return limited
-        limited._generations = MOST_GENERATIONS
-        end_ns = time.perf_counter_ns() + int(milliseconds * 1e6)
-        limited._deadline_ns = min(end_ns, self._deadline_ns or end_ns)
+        limited._generations = min(self._generations, 1)
         return limited
 
     def allows(self, generation):

@@ -14,7 +14,6 @@ from typing import NamedTuple
 
 import cv2
 from fuzzy_stereo_ros.matching.kernels.possibility.row_alignment import nearest_features
-from fuzzy_stereo_ros.matching.shared_features import reduced
 import numpy as np
 
 LIMIT = 0.5         # px of misalignment; more impairs matching
@@ -319,6 +318,13 @@ def _normalised(image):
 def normalised_half(image):
     """Return a grey image of half the size at equal contrast: uint8 (R / 2, C / 2)."""
     return reduced(_normalised(image), 2)
+
+
+def reduced(image, pixel):
+    """Return a grey image of larger pixels, without last rows and columns that fill none."""
+    rows, columns = (side // pixel for side in image.shape)
+    return image if pixel == 1 else cv2.resize(
+        image[:rows * pixel, :columns * pixel], (columns, rows), interpolation=cv2.INTER_AREA)
 
 
 def _features(detector, image):

@@ -20,7 +20,7 @@ fitness then rises from 6 % to 12 % of wrong pixels. Eq. 4 is left out: gradient
 import cv2
 from fuzzy_stereo_ros.matching.bands import cut_bands
 from fuzzy_stereo_ros.matching.kernels.genetic.literal_reading import fill_row_fitness
-from fuzzy_stereo_ros.matching.kernels.genetic.uniform_fitness import (
+from fuzzy_stereo_ros.matching.kernels.genetic.uniform_reading import (
     EQUAL, fill_chosen, fill_fitness, fill_neighbour_weights, FRAME, WEIGHTS)
 from fuzzy_stereo_ros.matching.kernels.possibility.fuzzy_classes import (
     fill_largest_elsewhere, most_possible)

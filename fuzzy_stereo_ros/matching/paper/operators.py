@@ -23,7 +23,7 @@ from fuzzy_stereo_ros.matching.crossover import Cut, Exchange, Regions
 from fuzzy_stereo_ros.matching.kernels.genetic.exchange import differing_cells
 from fuzzy_stereo_ros.matching.kernels.genetic.literal_reading import (
     least_possible_level, place_patches)
-from fuzzy_stereo_ros.matching.kernels.genetic.uniform_operators import (
+from fuzzy_stereo_ros.matching.kernels.genetic.uniform_reading import (
     fill_exchange, fill_fitness_around, larger_halves, LARGEST_HALF, mutate_by_patches)
 from fuzzy_stereo_ros.matching.paper.fitness import inside
 from fuzzy_stereo_ros.matching.paper.population import Lineage
@@ -71,11 +71,7 @@ class OperatorTools:
 
 
 def fittest_first(fitness):
-    """
-    Return the order of a population, the fittest first; of equals the earlier one first.
-
-    fitness: (P,); order: int64 (P,)
-    """
+    """Return the order of a population, the fittest first; of equals the earlier: int64 (P,)."""
     return np.argsort(-fitness, kind='stable')
 
 
@@ -85,11 +81,7 @@ def elite_size(population, share):
 
 
 def rank_survival(number):
-    """
-    Return the probability to become a parent by rank: 1 for the fittest, 1 / n less a rank.
-
-    survival: float64 (n,), above 0 to 1
-    """
+    """Return the probability to become a parent by rank: 1 of the fittest, 1 / n less a rank."""
     return 1.0 - np.arange(number) / number
 
 
@@ -99,8 +91,7 @@ def survivors(survival, draws):
 
     Children need two parents: where fewer survive, the two fittest do.
 
-    survival: float64 (n,), from the fittest on; draws: float64 (n,), 0 to below 1
-    chosen: int64 (from 2 to n,), or (1,) where there is one
+    survival, draws: float64 (n,), from the fittest on; 0 to below 1
     """
     chosen = np.flatnonzero(survival > draws)
     return chosen if chosen.size >= 2 else np.arange(min(2, survival.size))
@@ -108,11 +99,9 @@ def survivors(survival, draws):
 
 def parent_pairs(chosen, first_draws, second_draws):
     """
-    Return the parents of each child, two different ones where there are two.
+    Return the parents of each child, two different ones where there are two: int64 (children, 2).
 
-    chosen: int64 (S,), the candidates; first_draws, second_draws: float64 (children,), 0 to
-    below 1
-    parents: int64 (children, 2)
+    chosen: int64 (S,), the candidates; first_draws, second_draws: float64 (children,), below 1
     """
     first = (first_draws * chosen.size).astype(np.int64)
     further = 1 + (second_draws * (chosen.size - 1)).astype(np.int64)
@@ -136,11 +125,7 @@ def select(tools, population, random):
 
 
 def crossover_lines(rows, draws):
-    """
-    Return the line of each crossover, uniform in [1, R] as in the paper.
-
-    draws: float64 (children,), 0 to below 1; lines: int64 (children,), 1 to R
-    """
+    """Return the line of each crossover, uniform in [1, R]: draws, float64, are below 1."""
     return 1 + (draws * rows).astype(np.int64)
 
 
@@ -240,9 +225,8 @@ def patch_numbers(cells, neighbourhood, draws):
     Return how many patches are placed on each child: the paper's "one or several".
 
     From one to as many as could cover the image once, each order of magnitude as likely as the
-    next: coarse search at first, fine search once large changes have ceased to pay.
-
-    cells: R * C; draws: float64 (children,), 0 to below 1; numbers: int64 (children,)
+    next: coarse search at first, fine search once large changes have ceased to pay. cells: R * C;
+    draws: float64 (children,), 0 to below 1
     """
     most = max(cells // neighbourhood**2, 1)
     return (float(most)**draws).astype(np.int64)

@@ -3,7 +3,7 @@
 """The population of the profile `paper`: disparity maps and their fitness."""
 from typing import NamedTuple
 
-from fuzzy_stereo_ros.matching.kernels.genetic.uniform_fitness import FRAME
+from fuzzy_stereo_ros.matching.kernels.genetic.uniform_reading import FRAME
 from fuzzy_stereo_ros.matching.paper.fitness import inside
 import numpy as np
 

@@ -24,9 +24,9 @@ import math
 
 import cv2
 from fuzzy_stereo_ros.matching.bands import cut_bands
-from fuzzy_stereo_ros.matching.kernels.genetic.uniform_fitness import FRAME
+from fuzzy_stereo_ros.matching.kernels.genetic.uniform_reading import FRAME
 from fuzzy_stereo_ros.matching.kernels.possibility.fuzzy_classes import (
-    average_over_uniform, fill_class_possibility, fill_planes, REACH)
+    average_over_uniform, fill_class_possibility, fill_planes, OUTSIDE_POSSIBILITY, REACH)
 from fuzzy_stereo_ros.matching.kernels.simd import LANES
 import numpy as np
 
@@ -36,7 +36,6 @@ GRADIENT_CENTRES = (-4.0, -2.0, 0.0, 2.0, 4.0)
 # Neighbouring classes cross at one half.
 GRADIENT_SIGMA = 1.0 / np.sqrt(2.0 * np.log(2.0))
 FULL = 255.0            # a possibility of 1 in the whole numbers of the kernels
-OUTSIDE_POSSIBILITY = 40  # 255ths, of a match outside the target: about that of a poor match
 RISE_REACH = 6          # cells on both sides of one over which a map rises
 BENT = 1                # labels by which these rises may differ; more is a step between surfaces
 GRADIENT_STEPS = 8      # levels of a gradient a unit of its classes
@@ -87,35 +86,24 @@ def shared_membership(first, second, sigma, centres):
 
 def compressed(gradient):
     """
-    Return gradients on the scale of the gradient classes: the logarithm of 1 + their size, signed.
+    Return gradients, grey levels a pixel, on the scale of the gradient classes.
 
     The logarithm spreads faint gradients and brings strong ones together. Not in the paper.
-
-    gradient: float, grey levels of 8 bits a pixel
     """
     return np.copysign(np.log1p(np.abs(gradient)), gradient)
 
 
 def possibility_table(sigma):
-    """
-    Return Eq. 2 of every pair of grey levels.
-
-    table: uint8 (256, 256), 255ths
-    """
+    """Return Eq. 2 of every pair of grey levels: uint8 (256, 256), 255ths."""
     levels = np.arange(256)
     exact = matching_possibility(levels[:, np.newaxis], levels[np.newaxis, :], sigma)
     return np.rint(FULL * exact).astype(np.uint8)
 
 
 def gradient_table():
-    """
-    Return the `shared_membership` of every pair of levels of a gradient.
-
-    table: uint8 (256, 256), 255ths
-    """
-    levels = (np.arange(256) - 128.0) / GRADIENT_STEPS
-    low, high = GRADIENT_CENTRES[0], GRADIENT_CENTRES[-1]
-    levels = np.clip(levels, low, high)
+    """Return `shared_membership` of every pair of levels of a gradient: uint8 (256, 256)."""
+    levels = np.clip((np.arange(256) - 128.0) / GRADIENT_STEPS, GRADIENT_CENTRES[0],
+                     GRADIENT_CENTRES[-1])
     exact = shared_membership(levels[:, np.newaxis], levels[np.newaxis, :], GRADIENT_SIGMA,
                               GRADIENT_CENTRES)
     return np.rint(FULL * exact).astype(np.uint8)
@@ -244,22 +232,21 @@ class UniformPossibility:
         """
         across, down = self._flat if slopes is None else np.clip(
             slopes, -self._steepest, self._steepest)
-        labels = self._disparities, OUTSIDE_POSSIBILITY
 
         def describe(side):
             self._levels[side] = class_levels((left, right)[side])
 
         def match(band):
             fill_class_possibility(self._tables, tuple(self._levels), self._min_disparity,
-                                   self._disparities, OUTSIDE_POSSIBILITY, *band[1:], self._cells)
+                                   self._disparities, *band[1:], self._cells)
 
         def average_along_rows(band):
-            average_over_uniform(self._cells, colours, self._weights, across, labels, False,
-                                 *band[1:], self._along_rows)
+            average_over_uniform(self._cells, colours, self._weights, across, self._disparities,
+                                 False, *band[1:], self._along_rows)
 
         def average_along_columns(band):
-            average_over_uniform(self._along_rows, colours, self._weights, down, labels, True,
-                                 *band[1:], self._cells)
+            average_over_uniform(self._along_rows, colours, self._weights, down, self._disparities,
+                                 True, *band[1:], self._cells)
             fill_planes(self._cells, self._very, *band[1:], self.planes)
 
         pool.each(describe, (0, 1))

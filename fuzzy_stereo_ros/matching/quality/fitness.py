@@ -16,7 +16,6 @@ import numpy as np
 SUPPORT_RADIUS, SUPPORT_STRIDE = 2, 2  # of supports: 5 x 5 pixels, every other one
 SUPPORT_COLOUR, SUPPORT_DISTANCE = 20.0, 8.0     # grey levels summed over channels; px
 LEAST_PURE = 0.1                 # share of a pixel of a support, whatever lies around it
-LARGEST_DIFFERENCE = 3.0         # largest difference of neighbours' planes that counts, px
 EDGE, LEAST_EDGE = 10.0, 0.005   # difference of colours at which smoothness falls to 1 / e; floor
 STRONG_TEXTURE = 0.3             # share of smoothness that counts where texture is strong
 UNTRUSTED = 5                    # trust in a match, of TRUSTED, where the views disagree
@@ -37,8 +36,7 @@ class PlaneFitness:
         side = 2 * SUPPORT_RADIUS + 1
         self._supports = kernels.Supports(
             SUPPORT_STRIDE, np.zeros((*shape, side, side), np.uint8), np.zeros(shape, np.uint16))
-        self._penalties = kernels.PlanePenalties(
-            np.zeros((2, *shape), np.float32), np.float32(LARGEST_DIFFERENCE))
+        self._smoothness = np.zeros((2, *shape), np.float32)
         self.trusted = np.ones(shape, np.bool_)
         self._sums = np.zeros(rows, np.int64)
         self._by_colour = (255 * np.exp(-np.arange(766) / SUPPORT_COLOUR)).astype(np.float32)
@@ -60,7 +58,7 @@ class PlaneFitness:
         self.trusted[:] = True
         self._fill_supports(pool, colour)
         share = kernels.UNIT * (STRONG_TEXTURE + (1 - STRONG_TEXTURE) * weak)
-        across, down = self._penalties.weights
+        across, down = self._smoothness
         across[:, 1:] = share[:, 1:] * _smooth_over(roots[:, 1:] - roots[:, :-1])
         down[1:] = share[1:] * _smooth_over(roots[1:] - roots[:-1])
 
@@ -105,7 +103,7 @@ class PlaneFitness:
     def total(self, pool, planes, costs):
         """Return the cost of a map with smoothness; costs: int16 (R, C), trusted ones."""
         pool.each(lambda band: kernels.smoothness(
-            planes, tuple(self._penalties), self._sums, band[1], band[2]), self._bands)
+            planes, self._smoothness, self._sums, band[1], band[2]), self._bands)
         return int(costs.sum(dtype=np.int64)) + int(self._sums.sum())
 
     def fill(self, exchange, first, second, selected):
@@ -116,9 +114,7 @@ class PlaneFitness:
         selected: bool (R, C)
         """
         exchange.set_size(list_cells(selected, exchange.all_cells))
-        kernels.fill_exchange(
-            first, second, tuple(self._penalties), selected, np.empty(selected.shape, np.int32),
-            exchange.changes())
+        kernels.fill_exchange(first, second, self._smoothness, exchange.changes())
 
     def disparities(self, pool, planes):
         """Return the disparities of planes: float32 (R, C), px from 0."""

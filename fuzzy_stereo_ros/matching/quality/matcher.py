@@ -13,7 +13,7 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 from fuzzy_stereo_ros.matching.bands import ThreadPool
-from fuzzy_stereo_ros.matching.crossover import Cut
+from fuzzy_stereo_ros.matching.crossover import Cut, Exchange
 from fuzzy_stereo_ros.matching.evolution import evolve, Stopwatch
 from fuzzy_stereo_ros.matching.kernels.planes.costs import UNIT
 from fuzzy_stereo_ros.matching.match import Match, mirrored
@@ -22,7 +22,7 @@ from fuzzy_stereo_ros.matching.quality.exposure import exposed_alike
 from fuzzy_stereo_ros.matching.quality.fitness import PlaneFitness
 from fuzzy_stereo_ros.matching.quality.operators import ask_for_evidence, OPERATORS
 from fuzzy_stereo_ros.matching.quality.planes import local_planes, segments_of
-from fuzzy_stereo_ros.matching.quality.population import CrossoverTools, EvolvingView, Population
+from fuzzy_stereo_ros.matching.quality.population import EvolvingView, Population
 from fuzzy_stereo_ros.matching.quality.result import refine, without_uncertain
 from fuzzy_stereo_ros.matching.quality.seed import (
     costs_of_pixels, parent_of, realtime_matches, ScanlineSeed)
@@ -123,7 +123,7 @@ class QualityMatcher:
         right = exposed_alike(left[0], right[0], found[0]), right[1]
         maps = [match.disparity - np.float32(self._config.min_disparity) for match in found]
         if inherited:
-            budget = budget.limited_to(0)       # one generation
+            budget = budget.of_one_generation()
             for side, (before, fresh) in enumerate(zip(previous.own.disparities, maps)):
                 moved = np.empty_like(fresh)
                 inheritance.inherit(before, fresh, moved, side)
@@ -140,7 +140,6 @@ class QualityMatcher:
         del starts, volume       # frees their memory
         watch.lap('views')
         history = evolve(self.population, self._stages.operators, random, budget, observe)
-        self.population.tools.release()
         watch.lap('generations')
         disparity, confidence = refine(self.pool, self._config, self.population, seed,
                                        random.child(0))
@@ -179,7 +178,8 @@ class QualityMatcher:
     def _initial_population(self, starts, volume):
         """Return the population of a pair: planes around the pixels of both seeds."""
         stages, lowest, columns = self._stages, self._config.min_disparity, self._shape[1]
-        tools, views, maps = CrossoverTools(self._shape, stages.crossover, stages.evidence), [], []
+        tools = (stages.crossover(*self._shape, 4), Exchange(*self._shape, 4), stages.evidence)
+        views, maps = [], []
         for start, origin in zip(starts, (None, columns - 1 + lowest)):
             colour = start.colour
             roots = ROOT * np.sqrt(colour.astype(np.float32))
@@ -187,7 +187,7 @@ class QualityMatcher:
             fitness.set_view(self.pool, volume, origin, colour, roots, start.weak)
             views.append(EvolvingView(self.pool, fitness, colour, segments_of(roots), tools))
             maps.append(local_planes(self.pool, start.seed.surface, colour))
-        population = Population(views, tools, lowest)
+        population = Population(views, lowest)
         population.update_trust([start.seed.surface for start in starts])
         population.initialise(maps)
         return population

@@ -10,7 +10,7 @@ as in shadows on a road: a region moves only if its matches, without smoothness,
 possible. A small loss is allowed for each pixel on which the two views disagree.
 """
 from fuzzy_stereo_ros.matching.kernels.planes.costs import Demands, reject_unfounded, UNIT
-from fuzzy_stereo_ros.matching.quality.planes import listed, planes_of, region_planes
+from fuzzy_stereo_ros.matching.quality.planes import planes_of, region_planes
 import numpy as np
 
 # The price is that of a pixel that the views disagree on.
@@ -26,8 +26,8 @@ def segment_planes(population, random):
     """Propose to each segment, coarse ones first, the plane fitted to it."""
     for number, view in enumerate(population.views):
         own = random.child(0, number)
-        for scale, labels in reversed(list(enumerate(view.segments))):
-            regions, source = listed(*labels), own.child(scale)
+        for scale, regions in reversed(list(enumerate(view.segments))):
+            source = own.child(scale)
             planes = region_planes(
                 view.pool, view.disparities, view.fitness.trusted, regions, source)
             view.propose(planes_of(planes, regions.labels), regions, source)

@@ -21,8 +21,8 @@ class Regions(NamedTuple):
     """
     A partition of the pixels of an image.
 
-    labels: int32 (R, C), from 0; starts: int32 (N + 1,), pixels: int32 (R * C,), see
-    fits.RegionPixels
+    labels: int32 (R, C), from 0; starts: int32 (N + 1,), pixels: int32 (R * C,): those of region
+    i are pixels[starts[i]:starts[i + 1]], row * C + column
     """
 
     labels: np.ndarray
@@ -37,16 +37,16 @@ class Regions(NamedTuple):
 
 def listed(labels, number):
     """Return the `Regions` of labels, int32 (R, C), from 0 to number - 1."""
-    regions = Regions(labels, np.zeros(number + 1, np.int32), np.zeros(labels.size, np.int32))
-    fits.list_regions(labels.reshape(-1), regions[1:])
-    return regions
+    ends = np.bincount(labels.reshape(-1), minlength=number).cumsum(dtype=np.int32)
+    return Regions(labels, np.append(np.int32(0), ends),
+                   np.argsort(labels, axis=None, kind='stable').astype(np.int32))
 
 
 def segments_of(roots):
     """
-    Return the segments of an image, finest first: of each scale labels and how many there are.
+    Return the segments of an image, finest first: the `Regions` of each scale.
 
-    roots: float32 (R, C, 3); labels: int32 (R, C), from 0, see listed
+    roots: float32 (R, C, 3)
     """
     rows, columns = roots.shape[:2]
     pixels = rows * columns
@@ -58,7 +58,7 @@ def segments_of(roots):
     inner, found = np.zeros(pixels, np.float32), []
     for scale, smallest in SCALES:
         labels = np.zeros((rows, columns), np.int32)
-        found.append((labels, segments.join_pixels(
+        found.append(listed(labels, segments.join_pixels(
             edges, differences, np.float32(scale), smallest, parent, size, inner, labels)))
     return found
 
@@ -66,7 +66,6 @@ def segments_of(roots):
 PLANE_RADIUS, LIMIT = 4, 0.6  # of local planes: px, px that neighbours may differ by
 GROWTH = 0.25            # of the limit: by this share of it a px of distance
 PLANE_COLOUR = 15.0      # grey levels, summed over channels, at which a neighbour counts 1 / e
-PLANES_TRIED, AGREEMENT = 60, 0.7        # random planes tried a region; px by which pixels agree
 _PARTS = 8                               # of the regions of an image, for threads
 
 
@@ -93,10 +92,10 @@ def colour_weights(scale):
 def region_planes(pool, disparity, trusted, regions, random):
     """Return a plane for each of some `Regions`, fitted to its trusted pixels: float32 (N, 3)."""
     planes = np.zeros((regions.number, 3), np.float32)
-    rules = PLANES_TRIED, np.float32(AGREEMENT), 1.0, random.key
+    key = random.key
     edges = [regions.number * part // _PARTS for part in range(_PARTS + 1)]
     pool.each(lambda part: fits.region_planes(
-        disparity, trusted, regions[1:], rules, planes, *part), list(zip(edges, edges[1:])))
+        disparity, trusted, regions[1:], key, planes, *part), list(zip(edges, edges[1:])))
     return planes
 
 

@@ -6,29 +6,8 @@ The population of the profile `quality`: a plane map of each view of a pair.
 The chromosome is a plane map of the left view and one of the mirrored right view. It takes what is
 fitter from mutants. Where the maps of its two views disagree, matches count little in the fitness.
 """
-from fuzzy_stereo_ros.matching.crossover import Exchange
 from fuzzy_stereo_ros.matching.quality.result import consistent
 import numpy as np
-
-
-class CrossoverTools:
-    """The crossover and its memory, allocated when operators first use it."""
-
-    def __init__(self, shape, crossover, evidence):
-        """shape: (R, C); crossover, evidence: see the `Stages` of the matcher."""
-        self._shape, self._crossover, self._evidence = shape, crossover, evidence
-        self._memory = None
-
-    def release(self):
-        """Free the memory."""
-        self._memory = None
-
-    def __iter__(self):
-        """Yield the crossover, its `Exchange` and the evidence."""
-        if self._memory is None:
-            self._memory = (self._crossover(*self._shape, 4), Exchange(*self._shape, 4),
-                            self._evidence)
-        return iter(self._memory)
 
 
 class EvolvingView:
@@ -40,7 +19,7 @@ class EvolvingView:
     """
 
     def __init__(self, pool, fitness, colour, segments, tools):
-        """tools: the `CrossoverTools` of both views."""
+        """tools: of both views: a crossover, its `Exchange`, evidence, see the `Stages`."""
         self.pool, self.fitness, self.colour, self.segments = pool, fitness, colour, segments
         self._tools, self.planes = tools, None
 
@@ -96,16 +75,15 @@ class Population:
     """
     One chromosome of both views.
 
-    views: the `EvolvingView`s of the left and of the mirrored right image; tools: their
-    `CrossoverTools`; fitness: float64 (1,), of the left map; best: 0; converged: never, the budget
-    ends it
+    views: the `EvolvingView`s of the left and of the mirrored right image; fitness: float64 (1,),
+    of the left map; best: 0; converged: never, the budget ends it
     """
 
     best, converged = 0, False
 
-    def __init__(self, views, tools, lowest):
+    def __init__(self, views, lowest):
         """lowest: px, the disparity that planes count from."""
-        self.views, self.tools, self._lowest, self.fitness = views, tools, lowest, np.zeros(1)
+        self.views, self._lowest, self.fitness = views, lowest, np.zeros(1)
 
     def initialise(self, maps):
         """Set the first plane map of each view."""

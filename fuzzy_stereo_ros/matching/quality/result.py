@@ -8,7 +8,7 @@ from fuzzy_stereo_ros.matching.kernels.possibility.fuzzy_costs import FULL
 from fuzzy_stereo_ros.matching.kernels.refinement.consistency import compare_views
 from fuzzy_stereo_ros.matching.kernels.units import CONSISTENT, INVALID
 from fuzzy_stereo_ros.matching.quality.fitness import SUPPORT_RADIUS, SUPPORT_STRIDE
-from fuzzy_stereo_ros.matching.quality.planes import listed, planes_of, region_planes
+from fuzzy_stereo_ros.matching.quality.planes import planes_of, region_planes
 from fuzzy_stereo_ros.matching.realtime.refinement import AROUND, reject_speckles
 import numpy as np
 
@@ -57,16 +57,16 @@ def averaged_with_planes(view, disparity, surface, random):
     few pixels near any plane. surface: float32 (R, C), px, what the planes are fitted to
     """
     trusted, result = view.fitness.trusted, disparity
-    for labels, number in view.segments[1:]:        # the finest are too small for that
-        regions = listed(labels, number)
+    for regions in view.segments[1:]:       # the finest are too small for that
         planes = region_planes(view.pool, surface, trusted, regions, random)
-        plane = view.fitness.disparities(view.pool, planes_of(planes, labels))
+        plane = view.fitness.disparities(view.pool, planes_of(planes, regions.labels))
         apart = abs(plane - disparity)
         known, near = (np.add.reduceat(chosen.reshape(-1)[regions.pixels], regions.starts[:-1],
                                        dtype=np.int32)
                        for chosen in (trusted, trusted & (apart < FLAT)))
         flat = (known > FLAT_LEAST) & (near >= FLAT_SHARE * known)
-        result = np.where(flat[labels] & (apart < OFF_PLANE), (disparity + plane) / 2, result)
+        in_plane = flat[regions.labels] & (apart < OFF_PLANE)
+        result = np.where(in_plane, (disparity + plane) / 2, result)
     return result
 
 

@@ -8,7 +8,7 @@ from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
 from fuzzy_stereo_ros.matching.kernels.temporal import warp
 from fuzzy_stereo_ros.matching.kernels.units import STEPS
 from fuzzy_stereo_ros.matching.match import Camera
-from fuzzy_stereo_ros.matching.over_frames import camera_motion, moving_camera
+from fuzzy_stereo_ros.matching.over_frames import moving_camera
 from fuzzy_stereo_ros.synthetic.scenes import BASELINE, FOCAL, make_sequence
 from fuzzy_stereo_ros.synthetic.street import pose, rig_of
 from hypothesis import given, settings, strategies as st
@@ -126,11 +126,11 @@ def test_the_motion_of_a_camera_that_drives_and_turns_is_found(frame):
         ROWS // 2, 2, COLUMNS // 2, 2).mean(axis=(1, 3)).astype(np.uint8))
         for pair in (first, second))
     consistent = np.zeros(before.shape, np.uint8)
-    motion, word = camera_motion.between(before, now, first.truth[::2, ::2], consistent, 0,
+    motion, word = moving_camera.between(before, now, first.truth[::2, ::2], consistent, 0,
                                          CAMERA)
-    true, _ = camera_motion.between(before, now, first.truth, consistent, 0,
+    true, _ = moving_camera.between(before, now, first.truth, consistent, 0,
                                     CAMERA._replace(moved=true_motion(frame)))
-    assert word == camera_motion.FOLLOWED
+    assert word == moving_camera.FOLLOWED
     points = np.array([(column, row, 1, first.truth[row, column])
                        for row in (20, 90, 160) for column in (20, 120, 220)], float).T
     found, wanted = (view.forward @ points for view in (motion, true))
@@ -166,7 +166,7 @@ def words_of(left, right, brighter):
 
 @pytest.mark.parametrize('images, brighter, word', [
     (pictures, 0, moving_camera.IN_PLACE),
-    (lambda: 2 * [np.full((ROWS, COLUMNS), 90, np.uint8)], 12, camera_motion.FEW_CORNERS)],
+    (lambda: 2 * [np.full((ROWS, COLUMNS), 90, np.uint8)], 12, moving_camera.FEW_CORNERS)],
     ids=['a picture that stays', 'without texture'])
 def test_where_no_motion_is_found_the_match_says_why(images, brighter, word):
     assert words_of(*images(), brighter) == ['', word, word]
@@ -177,7 +177,7 @@ def test_a_cut_to_another_scene_is_matched_as_if_cold():
     for pair in drive(4)[:2]:
         made.match(pair.left, pair.right, camera=CAMERA)
     match = made.match(cut.left, cut.right, camera=CAMERA)
-    assert match.motion == camera_motion.UNCLEAR
+    assert match.motion == moving_camera.UNCLEAR
     assert np.array_equal(match.disparity, matcher().match(cut.left, cut.right).disparity)
 
 
@@ -197,7 +197,7 @@ def test_other_ranges_and_the_right_image_follow_the_camera_too(changes):
         match = made.match(pair.left, pair.right, camera=CAMERA)
         cold.reset()
         before = cold.match(pair.left, pair.right)
-    assert match.motion == camera_motion.FOLLOWED and match.times['camera_motion'] > 0
+    assert match.motion == moving_camera.FOLLOWED and match.times['camera_motion'] > 0
     if 'reference' not in changes:
         counts = pair.truth > 3
         assert (abs(match.disparity - pair.truth)[counts] > 1).mean() < (

@@ -6,7 +6,7 @@ from dataclasses import replace
 from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
 from fuzzy_stereo_ros.matching.kernels.temporal.warp import inherit, origins_of_tiles
 from fuzzy_stereo_ros.matching.match import Camera
-from fuzzy_stereo_ros.matching.over_frames import camera_motion
+from fuzzy_stereo_ros.matching.over_frames import moving_camera
 from fuzzy_stereo_ros.matching.paper.matcher import Stages
 from fuzzy_stereo_ros.synthetic.scenes import FOCAL, make_pair, make_sequence
 from hypothesis import given, settings, strategies as st
@@ -71,7 +71,7 @@ def test_a_population_moves_with_the_camera():
     pairs = frames(drive=0.08, pan=2.0, noise=1.0)
     followed, _ = matches_of(pairs, CAMERA)
     alone, _ = matches_of(pairs)
-    assert followed[-1].motion == camera_motion.FOLLOWED
+    assert followed[-1].motion == moving_camera.FOLLOWED
     assert wrong(followed[-1], pairs[-1]) < 0.7 * wrong(alone[-1], pairs[-1])
 
 

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Eq. 1, Eq. 2, the possibility volume and the levels they are defined on."""
 from fuzzy_stereo_ros.matching import MatcherConfig
-from fuzzy_stereo_ros.matching.kernels.genetic.uniform_fitness import FRAME
+from fuzzy_stereo_ros.matching.kernels.genetic.uniform_reading import FRAME
 from fuzzy_stereo_ros.matching.kernels.possibility.fuzzy_classes import (
     average_over_uniform, fill_class_possibility, fill_largest_elsewhere, fill_planes,
     most_possible, REACH)
@@ -74,7 +74,7 @@ def test_possibility_by_classes_is_the_product_of_three_tables(disparities, min_
     tables = generator.integers(0, 256, (3, 256, 256)).astype(np.uint8)
     left, right = generator.integers(0, 256, (2, 3, 5, 7)).astype(np.uint8)
     found = np.full((5, 7, disparities + 2), 99, np.uint8)
-    fill_class_possibility(tables, (left, right), min_disparity, disparities, 40, 1, 5, found)
+    fill_class_possibility(tables, (left, right), min_disparity, disparities, 1, 5, found)
     assert np.all(found[0] == 99)
     assert np.all(found[:, :, disparities:] == 99)
     for row, column, index in np.ndindex(4, 7, disparities):
@@ -102,8 +102,8 @@ def test_averages_are_over_uniform_cells_of_a_sloping_line_in_parts_of_256(
     memory = np.full((2, REACH + shape[0] * shape[1] * depth), 40, np.uint8)
     cells, found = (one[REACH:].reshape(*shape[:2], depth) for one in memory)
     cells[..., :shape[2]] = volume
-    average_over_uniform(cells, framed, weights, slopes, (shape[2], 40), along_columns, 0,
-                         shape[0], found)
+    average_over_uniform(cells, framed, weights, slopes, shape[2], along_columns, 0, shape[0],
+                         found)
     assert (found[..., shape[2]:] == 40).all() and (memory[1, :REACH] == 40).all()
     around = np.pad(volume, ((0, 0), (0, 0), (REACH, REACH)), constant_values=40).astype(int)
     for row, column in np.ndindex(shape[:2]):

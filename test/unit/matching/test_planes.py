@@ -5,12 +5,12 @@ from fuzzy_stereo_ros.matching.bands import ThreadPool
 from fuzzy_stereo_ros.matching.crossover import Exchange
 from fuzzy_stereo_ros.matching.evolution import Random
 from fuzzy_stereo_ros.matching.kernels.planes import segments
-from fuzzy_stereo_ros.matching.kernels.planes.costs import reject_unfounded
+from fuzzy_stereo_ros.matching.kernels.planes.costs import LARGEST_DIFFERENCE, reject_unfounded
 from fuzzy_stereo_ros.matching.kernels.refinement.consistency import compare_views
 from fuzzy_stereo_ros.matching.kernels.units import CONSISTENT, INVALID, OUTSIDE
 from fuzzy_stereo_ros.matching.quality import planes
 from fuzzy_stereo_ros.matching.quality.fitness import (
-    LARGEST_DIFFERENCE, PlaneFitness, SUPPORT_RADIUS, SUPPORT_STRIDE)
+    PlaneFitness, SUPPORT_RADIUS, SUPPORT_STRIDE)
 from fuzzy_stereo_ros.matching.quality.planes import region_planes
 from fuzzy_stereo_ros.matching.quality.population import EvolvingView
 from fuzzy_stereo_ros.matching.quality.result import averaged_with_planes
@@ -122,7 +122,7 @@ def smoothness(fitness, planes):
     def at(plane, y, x):
         return plane[..., 0] * x + plane[..., 1] * y + plane[..., 2]
     total = 0.0
-    for axis, weight in zip((1, 0), fitness._penalties.weights):
+    for axis, weight in zip((1, 0), fitness._smoothness):
         one, other = np.delete(wide, 0, axis), np.delete(wide, -1, axis)
         y1, x1 = np.delete(row, 0, axis), np.delete(column, 0, axis)
         y2, x2 = np.delete(row, -1, axis), np.delete(column, -1, axis)
@@ -297,7 +297,7 @@ def test_a_segment_in_a_plane_is_averaged_with_it_and_a_curved_one_is_not():
     disparity = (truth + noise).astype(np.float32)
     disparity[3:6, 3:6] += 2
     fitness = PlaneFitness(40, 60, 16)
-    view = EvolvingView(POOL, fitness, None, [None, (labels, 2)], (None, None, None))
+    view = EvolvingView(POOL, fitness, None, [None, planes.listed(labels, 2)], (None, None, None))
     found = averaged_with_planes(view, disparity, disparity, Random((0,)))
     np.testing.assert_array_equal(found[labels == 1], disparity[labels == 1])
     np.testing.assert_array_equal(found[3:6, 3:6], disparity[3:6, 3:6])

@@ -8,7 +8,7 @@ import cv2
 from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
 from fuzzy_stereo_ros.matching.bands import ThreadPool
 from fuzzy_stereo_ros.matching.match import Camera, mirrored
-from fuzzy_stereo_ros.matching.over_frames import camera_motion
+from fuzzy_stereo_ros.matching.over_frames import moving_camera
 from fuzzy_stereo_ros.matching.over_frames.inheritance import Inheritance
 from fuzzy_stereo_ros.matching.quality.matcher import LEAST_AGE, QualityState
 from fuzzy_stereo_ros.matching.quality.operators import OPERATORS
@@ -133,7 +133,7 @@ def test_a_map_moves_with_the_camera():
     _, matcher = matches_of(pairs[:2], CAMERA)
     inheritance, before = matcher.algorithm._inheritance, matcher.state
     (followed,), _ = matches_of(pairs[2:], CAMERA, matcher)
-    assert followed.motion == camera_motion.FOLLOWED and followed.warm
+    assert followed.motion == moving_camera.FOLLOWED and followed.warm
     assert wrong(followed, pairs[-1]) < wrong(matches_of(pairs[-1:])[0][0], pairs[-1]) + 0.3
     for side, truth in enumerate(matcher.state.own.disparities):
         moved = np.empty_like(truth)

@@ -4,10 +4,9 @@
 from fuzzy_stereo_ros.matching.crossover import Cut, Exchange, Regions
 from fuzzy_stereo_ros.matching.kernels.genetic.exchange import differing_cells
 from fuzzy_stereo_ros.matching.kernels.genetic.random_numbers import key_of
-from fuzzy_stereo_ros.matching.kernels.genetic.uniform_fitness import (
-    fill_chosen, fill_fitness, fill_neighbour_weights, FRAME, WEIGHTS)
-from fuzzy_stereo_ros.matching.kernels.genetic.uniform_operators import (
-    fill_exchange, fill_fitness_around, larger_halves, LARGEST_HALF, mutate_by_patches, UNIFORM)
+from fuzzy_stereo_ros.matching.kernels.genetic.uniform_reading import (
+    fill_chosen, fill_exchange, fill_fitness, fill_fitness_around, fill_neighbour_weights, FRAME,
+    larger_halves, LARGEST_HALF, mutate_by_patches, UNIFORM, WEIGHTS)
 from fuzzy_stereo_ros.matching.paper.fitness import inside
 from fuzzy_stereo_ros.matching.paper.possibility import uniform_membership
 from hypothesis import given, settings, strategies as st

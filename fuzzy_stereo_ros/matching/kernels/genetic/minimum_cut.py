@@ -3,10 +3,9 @@
 """
 Fusion of two parents by a minimum cut: what surrounds the maximum flow, found by growing trees.
 
-A choice x in {0, 1}^n costs sum alone_i x_i - sum weight_ij x_i x_j, weights not below 0. A cell
-that gains by itself is taken at once, one that cannot gain even with all of its neighbours is
-rejected; each decision may settle neighbours. Twice the cost of the others is
-sum (2 alone_i - sum_j weight_ij) x_i + sum weight_ij |x_i - x_j|, whose least value is a cut.
+A choice x in {0, 1}^n costs sum alone_i x_i - sum weight_ij x_i x_j, weights not below 0. Twice
+this is sum (2 alone_i - sum_j weight_ij) x_i + sum weight_ij |x_i - x_j|, whose least value is a
+cut.
 
 The flow is found after Boykov and Kolmogorov, An experimental comparison of min-cut/max-flow
 algorithms for energy minimization in vision, 2004. A node is its place in a grid with a border;
@@ -18,7 +17,7 @@ from typing import NamedTuple
 from fuzzy_stereo_ros.matching.kernels.compiled import called, inlined, kernel
 import numpy as np
 
-FREE, SOURCE, SINK = 0, 1, -1       # what tree a node belongs to
+OUTSIDE, FREE, SOURCE, SINK = 2, 0, 1, -1   # no cell is there; what tree a node belongs to
 ROOT, ORPHAN = 8, 9                 # parents that are no directions
 _FAR = 2**30
 
@@ -34,7 +33,7 @@ class Network(NamedTuple):
 class Trees(NamedTuple):
     """What is known of each node while the trees of the source and of the sink grow."""
 
-    tree: np.ndarray         # int8 (N,), FREE, SOURCE or SINK
+    tree: np.ndarray         # int8 (N,), OUTSIDE, FREE, SOURCE or SINK
     parent: np.ndarray       # int8 (N,), a direction, ROOT or ORPHAN
     stamp: np.ndarray        # int32 (N,), when `distance` was found
     distance: np.ndarray     # int32 (N,), nodes to the root
@@ -187,6 +186,25 @@ def _gather(nodes, network):
             capacity[other, direction + 1] += flow
 
 
+@kernel
+def load(alone, pairs, places, network, tree):
+    """
+    Write the costs of a choice into a grid with a border; places: int32 (n,), of the cells there.
+
+    Pairs above 0, or with no cell, count as 0. Before, capacities are 0 and trees OUTSIDE.
+    """
+    offsets, capacity, supply = network
+    for index in range(places.size):
+        place = places[index]
+        supply[place], tree[place] = -2 * alone[index], FREE
+        for side in range(pairs.shape[1]):
+            together, other = pairs[index, side], place + offsets[2 * side]
+            if together < 0 and tree[other] != OUTSIDE:
+                capacity[place, 2 * side] = capacity[other, 2 * side + 1] = -together
+                supply[place] -= together
+                supply[other] -= together
+
+
 @kernel(allocates=True)
 def maximum_flow(nodes, network, trees):
     """
@@ -246,87 +264,3 @@ def maximum_flow(nodes, network, trees):
         first = _push(network, parent, sink, SINK, flow, orphans, first)
         end = _adopt(network, trees, now, active, end, orphans, first, 0)
     return now
-
-
-REJECTED, OPEN, TAKEN = 0, 1, 2     # state of a cell; places without a cell are REJECTED
-
-
-@kernel
-def load(alone, pairs, offsets, weight, change, places, state):
-    """
-    Write the costs of a choice into a grid with a border; places: int32 (n,), of the cells there.
-
-    Pairs above 0, or with no cell, count as 0. weight: int32 (N, D), change: int32 (N,), state:
-    uint8 (N,); weight and state are 0 before
-    """
-    for index in range(places.size):
-        place = places[index]
-        change[place], state[place] = alone[index], OPEN
-        for side in range(pairs.shape[1]):
-            together, other = pairs[index, side], place + offsets[2 * side]
-            if together < 0 and state[other] == OPEN:
-                weight[place, 2 * side] = weight[other, 2 * side + 1] = -together
-
-
-@inlined
-def _decided(change, room):
-    return change < 0 or room >= 0
-
-
-@kernel
-def decide(offsets, weight, change, places, room, state, stack):
-    """
-    Take or reject the cells that need no cut; return how many are open, whose places come first.
-
-    change: int32 (N,), what a cell costs if no open neighbour is taken; places: int32 (n,); room:
-    int32 (N,), what it costs if all of them are; state: uint8 (N,); stack: int32 (n,), memory.
-    """
-    for index in range(places.size):
-        place = np.int64(places[index])
-        room[place] = change[place]
-        for direction in range(offsets.size):
-            room[place] -= weight[place, direction]
-    for index in range(places.size):
-        place, height = np.int64(places[index]), 0
-        if state[place] == OPEN and _decided(change[place], room[place]):
-            stack[0], height = place, 1
-        while height > 0:
-            height -= 1
-            place = np.int64(stack[height])
-            taken = change[place] < 0
-            state[place] = TAKEN if taken else REJECTED
-            for direction in range(offsets.size):
-                pays = weight[place, direction]
-                if pays == 0:
-                    continue
-                other = place + offsets[direction]
-                weight[place, direction] = weight[other, direction ^ 1] = 0
-                before = _decided(change[other], room[other])
-                if taken:
-                    change[other] -= pays
-                else:
-                    room[other] += pays
-                if not before and _decided(change[other], room[other]):
-                    stack[height] = other
-                    height += 1
-    number = 0
-    for index in range(places.size):
-        place = places[index]
-        if state[place] == OPEN:
-            stack[number] = place
-            change[place] = -(change[place] + room[place])
-            number += 1
-    return number
-
-
-@kernel
-def unload(places, state, tree, weight, taken):
-    """
-    Write which cells are taken, and let the weights and states of all cells be 0 again.
-
-    places: int32 (n,); tree: int8 (N,), of the flow over the open cells; taken: bool (n,)
-    """
-    for index in range(places.size):
-        place = places[index]
-        taken[index] = state[place] == TAKEN or (state[place] == OPEN and tree[place] == SOURCE)
-        weight[place, :], state[place] = 0, REJECTED

@@ -20,6 +20,7 @@ UNIT = 1024          # the cost of an impossible match; all costs are whole numb
 TRUSTED = 256        # the trust in a match that counts in full
 IMPOSSIBLE = 255     # the cost of an impossible match in a volume
 _BEYOND = 128        # the least that a match beyond the other image costs in a volume
+LARGEST_DIFFERENCE = np.float32(3)      # px of neighbours' planes that counts
 
 
 class Volume(NamedTuple):
@@ -48,13 +49,6 @@ class Parent(NamedTuple):
 
     planes: np.ndarray       # float32 (R, 3, C), see fits.py
     costs: np.ndarray        # int (R, C), of the matches
-
-
-class PlanePenalties(NamedTuple):
-    """What differences of neighbours' planes cost."""
-
-    weights: np.ndarray      # float32 (2, R, C), UNITs a px, to the left and the upper neighbour
-    most: np.float32         # px, the largest difference that counts
 
 
 @kernel
@@ -166,21 +160,24 @@ def plane_costs(volume, disparities, supports, selected, parent, first, last):
 
 
 @inlined
-def bend(one, row, column, other, y, x, weight, most):
+def bend(one, row, column, other, y, x, weight):
     """
     Return the cost of the difference of two neighbours' planes at both places.
 
-    one, other: the planes of (row, column) and (y, x); weight: UNITs a px; most: px
+    one, other: the planes of (row, column) and (y, x); weight: UNITs a px
     """
     apart = one[0] - other[0], one[1] - other[1], one[2] - other[2]
     here, there = abs(disparity_at(apart, column, row)), abs(disparity_at(apart, x, y))
-    return np.int32(weight * min(here + there, most))
+    return np.int32(weight * min(here + there, LARGEST_DIFFERENCE))
 
 
 @kernel
-def smoothness(planes, penalties, row_sums, first, last):
-    """Write the costs of the differences of neighbours: int64 (R,), the sums of rows."""
-    weights, most = penalties
+def smoothness(planes, weights, row_sums, first, last):
+    """
+    Write the costs of the differences of neighbours: int64 (R,), the sums of rows.
+
+    weights: float32 (2, R, C), UNITs a px, of those to the left and the upper neighbour
+    """
     for row in range(first, last):
         total = np.int64(0)
         for column in range(planes.shape[2]):
@@ -189,25 +186,26 @@ def smoothness(planes, penalties, row_sums, first, last):
                 y, x = row - side, column - 1 + side
                 if y >= 0 and x >= 0:
                     total += bend(one, row, column, plane_at(planes, y, x), y, x,
-                                  weights[side, row, column], most)
+                                  weights[side, row, column])
         row_sums[row] = total
 
 
-@kernel
-def fill_exchange(first, second, penalties, selected, numbers, changes):
+@kernel(allocates=True)
+def fill_exchange(first, second, weights, changes):
     """
     Write the changes of cost of taking the second parent's planes: see crossover.Exchange.
 
-    first, second: of a Parent; penalties: of PlanePenalties; numbers: int32 (R, C), memory
+    first, second: of a Parent; weights: of smoothness
     """
     cells, alone, pairs = changes
     (first_planes, first_costs), (second_planes, second_costs) = first, second
-    weights, most = penalties
-    rows, columns = selected.shape
+    rows, columns = first_costs.shape
+    numbers = np.full((rows, columns), -1, np.int32)
+    for number in range(cells.size):
+        numbers[cells[number] // columns, cells[number] % columns] = number
     for number in range(cells.size):
         row, column = cells[number] // columns, cells[number] % columns
         one, new = plane_at(first_planes, row, column), plane_at(second_planes, row, column)
-        numbers[row, column] = number
         alone[number] = second_costs[row, column] - first_costs[row, column]
         for side in range(2):
             # with the left and the upper one, then with the right and the lower one
@@ -215,20 +213,20 @@ def fill_exchange(first, second, penalties, selected, numbers, changes):
             pairs[number, side] = 0
             if y >= 0 and x >= 0:
                 weight, other = weights[side, row, column], plane_at(first_planes, y, x)
-                old = bend(one, row, column, other, y, x, weight, most)
-                mixed = bend(new, row, column, other, y, x, weight, most)
+                old = bend(one, row, column, other, y, x, weight)
+                mixed = bend(new, row, column, other, y, x, weight)
                 alone[number] += mixed - old
-                if selected[y, x]:
+                if numbers[y, x] >= 0:
                     newer = plane_at(second_planes, y, x)
-                    remixed = bend(one, row, column, newer, y, x, weight, most)
-                    both = bend(new, row, column, newer, y, x, weight, most)
+                    remixed = bend(one, row, column, newer, y, x, weight)
+                    both = bend(new, row, column, newer, y, x, weight)
                     alone[numbers[y, x]] += remixed - old
                     pairs[number, side] = both + old - mixed - remixed
             y, x = row + side, column + 1 - side
-            if y < rows and x < columns and not selected[y, x]:
+            if y < rows and x < columns and numbers[y, x] < 0:
                 weight, other = weights[side, y, x], plane_at(first_planes, y, x)
-                alone[number] += (bend(new, row, column, other, y, x, weight, most)
-                                  - bend(one, row, column, other, y, x, weight, most))
+                alone[number] += (bend(new, row, column, other, y, x, weight)
+                                  - bend(one, row, column, other, y, x, weight))
 
 
 class Demands(NamedTuple):

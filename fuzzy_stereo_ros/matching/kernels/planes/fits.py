@@ -13,17 +13,12 @@ from fuzzy_stereo_ros.matching.kernels.genetic.random_numbers import below, mixe
 from fuzzy_stereo_ros.matching.kernels.refinement.dense_map import sums_around
 import numpy as np
 
+# Of a region: random planes tried; px by which pixels agree
+PLANES_TRIED, AGREEMENT = 60, np.float32(0.7)
 _SAMPLES = 150       # pixels of a region, about, on which a plane is tried
 LEAST_POINTS = 6     # points that a plane is fitted to
 _FLATTEST = 4        # px^2, twice the area of three pixels that give a plane
 _STEEPEST = 2.0      # px a px
-
-
-class RegionPixels(NamedTuple):
-    """The pixels of regions: those of region i are pixels[starts[i]:starts[i + 1]]."""
-
-    starts: np.ndarray       # int32 (regions + 1,)
-    pixels: np.ndarray       # int32 (R * C,), row * C + column
 
 
 class RandomPlanes(NamedTuple):
@@ -170,23 +165,6 @@ def local_planes(disparities, colours, neighbours, planes, first, last):
             planes[row, 2, column] = centre + offset - slope * column - fall * row
 
 
-@kernel
-def list_regions(labels, region_pixels):
-    """List the pixels of each region; labels: int32 (R * C,), from 0."""
-    starts, pixels = region_pixels
-    starts[:] = 0
-    for label in labels:
-        starts[label + 1] += 1
-    for region in range(starts.size - 1):
-        starts[region + 1] += starts[region]
-    for pixel in range(labels.size):
-        pixels[starts[labels[pixel]]] = pixel
-        starts[labels[pixel]] += 1
-    for region in range(starts.size - 1, 0, -1):
-        starts[region] = starts[region - 1]
-    starts[0] = 0
-
-
 @called
 def _points_of(flat, known, begin, end, pixels, columns, points):
     """Write x, y and disparity of a region's trusted pixels, or of all if few are trusted."""
@@ -205,14 +183,15 @@ def _points_of(flat, known, begin, end, pixels, columns, points):
 
 
 @kernel(allocates=True)
-def region_planes(disparities, trusted, region_pixels, random, planes, first, last):
+def region_planes(disparities, trusted, regions, key, planes, first, last):
     """
     Fit a plane to each region: the best of random ones, then least squares of its inliers.
 
-    Of regions with few trusted pixels all count. planes: float32 (regions, 3); first, last:
-    regions
+    Of regions with few trusted pixels all count. regions: starts and pixels of `Regions` of
+    quality/planes.py; planes: float32 (regions, 3); first, last: regions
     """
-    (starts, pixels), (rounds, limit, _, _) = region_pixels, random
+    starts, pixels = regions
+    random = PLANES_TRIED, AGREEMENT, 1.0, key
     columns = disparities.shape[1]
     flat, known = disparities.reshape(-1), trusted.reshape(-1)
     largest = 0
@@ -227,8 +206,8 @@ def region_planes(disparities, trusted, region_pixels, random, planes, first, la
         plane = np.float32(0), np.float32(0), np.float32(d)
         if number >= LEAST_POINTS:
             _, plane = best_of_random(points, 0, number, max(1, number // _SAMPLES), random,
-                                      np.uint64(3 * (region * rounds + 1)), plane)
-        inliers, a, b, c = least_squares(points, 0, number, plane, np.float32(1.5) * limit,
+                                      np.uint64(3 * (region * PLANES_TRIED + 1)), plane)
+        inliers, a, b, c = least_squares(points, 0, number, plane, np.float32(1.5) * AGREEMENT,
                                          (x, y, d))
         planes[region, 0], planes[region, 1], planes[region, 2] = plane
         if inliers >= LEAST_POINTS:

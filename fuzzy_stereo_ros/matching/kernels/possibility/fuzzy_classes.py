@@ -13,17 +13,17 @@ import numpy as np
 WHOLE_BITS = 8
 WHOLE = 2**WHOLE_BITS       # sum of the weights of an average
 REACH = 8                   # disparities that an average reaches up and down at the most
+OUTSIDE_POSSIBILITY = 40    # 255ths, of a match outside the target: about that of a poor match
 
 
 @kernel
-def fill_class_possibility(tables, levels, min_disparity, disparities, outside, first, last,
-                           possibility):
+def fill_class_possibility(tables, levels, min_disparity, disparities, first, last, possibility):
     """
     Write how possible each match of some rows is by grey AND by both gradients: their product.
 
     tables: uint8 (3, 256, 256), 255ths, of grey, of the gradient across and of that down; levels:
-    uint8 (3, R, C), those of the tables, of the reference and of the target; outside: 255ths, of a
-    match outside the target; possibility: uint8 (R, C, at least disparities), 255ths
+    uint8 (3, R, C), those of the tables, of the reference and of the target; possibility: uint8
+    (R, C, at least disparities), 255ths
     """
     (reference, target), columns = levels, possibility.shape[1]
     for row in range(first, last):
@@ -41,12 +41,12 @@ def fill_class_possibility(tables, levels, min_disparity, disparities, outside, 
                         of_across[across[seen]]) * np.int64(of_down[down[seen]])
                     here[index] = np.uint8((product + 32512) // 65025)
                 else:
-                    here[index] = outside
+                    here[index] = OUTSIDE_POSSIBILITY
 
 
 @kernel(allocates=True)
-def average_over_uniform(possibility, colours, weights, slopes, labels, along_columns, first, last,
-                         average):
+def average_over_uniform(possibility, colours, weights, slopes, disparities, along_columns, first,
+                         last, average):
     """
     Write the mean possibility over the uniform cells along one direction through each cell.
 
@@ -59,15 +59,14 @@ def average_over_uniform(possibility, colours, weights, slopes, labels, along_co
     possibility: uint8 (R, C, max(D, LANES) + REACH), 255ths; what is beyond D, and REACH bytes
     before the array, is that outside the range; weights: float32 (half + 1, n), by distance in
     cells and by squared distance of colours / 4, the last for all beyond; slopes: float32 (R, C),
-    disparities a cell, at most REACH / half; labels: (D, the possibility outside the range);
-    along_columns: or along rows; average: as possibility
+    disparities a cell, at most REACH / half; along_columns: or along rows; average: as possibility
     """
-    (rows, columns, depth), (disparities, outside) = possibility.shape, labels
+    rows, columns, depth = possibility.shape
     half = weights.shape[0] - 1
     stride = depth * (columns if along_columns else 1)
     within = simd.less(simd.lane_numbers(simd.splat(np.uint8(0))),
                        simd.splat(np.uint8(min(disparities, simd.LANES))))
-    beyond = simd.splat(np.uint8(outside))
+    beyond = simd.splat(np.uint8(OUTSIDE_POSSIBILITY))
     flat, flat_average = possibility.reshape(-1), average.reshape(-1)
     degrees = np.zeros((2 * half + 1, columns), np.float32)
     parts, whole = np.zeros(degrees.shape, np.uint16), np.zeros(columns, np.float32)
