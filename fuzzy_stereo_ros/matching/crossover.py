@@ -9,8 +9,7 @@ best of all choices, by a minimum cut (Lempitsky et al., Fusion moves for Markov
 optimization, 2010).
 """
 from fuzzy_stereo_ros.matching.arrays import zeros
-from fuzzy_stereo_ros.matching.kernels.genetic.exchange import (
-    copy_taken, Sets, take_regions, widest)
+from fuzzy_stereo_ros.matching.kernels.genetic.exchange import copy_taken, Sets, take_regions
 from fuzzy_stereo_ros.matching.kernels.genetic.minimum_cut import (
     load, maximum_flow, OUTSIDE, SOURCE, Trees)
 import numpy as np
@@ -48,6 +47,12 @@ class Exchange:
         self.cells, self.alone, self.pairs, self.taken = (
             memory[:number]
             for memory in (self.all_cells, self._alone, self._pairs, self._taken))
+
+    def set_cells(self, selected):
+        """Set the cells: bool (R, C); then write their changes."""
+        cells = np.flatnonzero(selected)
+        self.all_cells[:cells.size] = cells
+        self.set_size(cells.size)
 
     def changes(self, part=slice(None)):
         """Return the fields of the `Changes` of all cells or some, as kernels take them."""
@@ -107,7 +112,8 @@ class Cut:
 
     def __call__(self, exchange, random=None):
         """Choose the cells; return the change of cost, not above 0."""
-        if widest(exchange.alone, exchange.pairs) > LARGEST_CHANGE:
+        if any(max(changes.max(initial=0), -int(changes.min(initial=0))) > LARGEST_CHANGE
+               for changes in (exchange.alone, exchange.pairs)):
             raise ValueError(f'a change of cost is beyond {LARGEST_CHANGE}')
         row, column = np.divmod(exchange.cells, self._columns)
         places = (row + 1) * (self._columns + 1) + column + 1

@@ -7,12 +7,12 @@ import numpy as np
 FULL = fuzzy_costs.FULL
 
 
-def census(fine, radius, first_bit, planes):
-    """Return the codes, uint16 (R, planes, C), of fine grey with repeated borders."""
+def census(fine, radius):
+    """Return the codes, uint16 (R, 2, C), of fine grey with repeated borders."""
     rows, columns = (size - 2 * radius for size in fine.shape)
-    codes = np.zeros((rows, planes, columns), np.uint16)
+    codes = np.zeros((rows, 2, columns), np.uint16)
     for row, column in np.ndindex(rows, columns):
-        bit = first_bit
+        bit = 0
         for down, right in np.ndindex(2 * radius + 1, 2 * radius + 1):
             if (down, right) == (radius, radius):
                 continue

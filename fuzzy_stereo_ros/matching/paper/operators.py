@@ -21,8 +21,7 @@ fitter: a minimum cut finds the best of all children that two parents can have.
 """
 from fuzzy_stereo_ros.matching.crossover import Cut, Exchange, Regions
 from fuzzy_stereo_ros.matching.kernels.genetic.exchange import differing_cells
-from fuzzy_stereo_ros.matching.kernels.genetic.literal_reading import (
-    least_possible_level, place_patches)
+from fuzzy_stereo_ros.matching.kernels.genetic.literal_reading import place_patches
 from fuzzy_stereo_ros.matching.kernels.genetic.uniform_reading import (
     fill_exchange, fill_fitness_around, larger_halves, LARGEST_HALF, mutate_by_patches)
 from fuzzy_stereo_ros.matching.paper.fitness import inside
@@ -230,6 +229,21 @@ def patch_numbers(cells, neighbourhood, draws):
     """
     most = max(cells // neighbourhood**2, 1)
     return (float(most)**draws).astype(np.int64)
+
+
+def least_possible_level(chosen, share):
+    """
+    Return the level below which a cell is one of the least possible ones, and a share of ties.
+
+    Every cell below the level is one, and of the cells at the level the share of ties: together
+    `share` of all cells.
+    """
+    rows, columns = chosen.shape
+    until = np.bincount(chosen.reshape(-1), minlength=256).cumsum()
+    wanted = share * rows * columns
+    level = min(int(np.searchsorted(until, wanted)), 255)
+    before = until[level - 1] if level else 0
+    return level, (wanted - before) / max(until[level] - before, 1)
 
 
 def mutate_least_possible(tools, population, random):

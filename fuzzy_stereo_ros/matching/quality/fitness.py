@@ -8,7 +8,6 @@ where the two views disagree, and of the differences of neighbours' planes, whic
 edges and where texture is strong. All costs are whole numbers.
 """
 from fuzzy_stereo_ros.matching.bands import cut_bands
-from fuzzy_stereo_ros.matching.kernels.genetic.exchange import list_cells
 from fuzzy_stereo_ros.matching.kernels.planes import costs as kernels
 from fuzzy_stereo_ros.matching.kernels.planes.fits import disparities_of
 import numpy as np
@@ -113,7 +112,7 @@ class PlaneFitness:
         exchange: crossover.Exchange; first, second: the fields of a `Parent`, trusted costs;
         selected: bool (R, C)
         """
-        exchange.set_size(list_cells(selected, exchange.all_cells))
+        exchange.set_cells(selected)
         kernels.fill_exchange(first, second, self._smoothness, exchange.changes())
 
     def disparities(self, pool, planes):

@@ -25,7 +25,7 @@ from fuzzy_stereo_ros.matching.quality.planes import local_planes, segments_of
 from fuzzy_stereo_ros.matching.quality.population import EvolvingView, Population
 from fuzzy_stereo_ros.matching.quality.result import refine, without_uncertain
 from fuzzy_stereo_ros.matching.quality.seed import (
-    costs_of_pixels, parent_of, realtime_matches, ScanlineSeed)
+    costs_of_pixels, parent_of, realtime_matches, ScanlineSeed, uncrossed)
 import numpy as np
 
 BRIGHTNESS = np.float32(1 / 64)      # of luminance, 16 bits, to the sum of four grey levels
@@ -136,7 +136,7 @@ class QualityMatcher:
                                             found[0].confidence), [], watch.times, False), None
         volume = costs_of_pixels(self._config, self.pool, left, right)
         self.population = self._initial_population(starts, volume)
-        seed = starts[0].seed
+        seed = starts[0]
         del starts, volume       # frees their memory
         watch.lap('views')
         history = evolve(self.population, self._stages.operators, random, budget, observe)
@@ -166,13 +166,14 @@ class QualityMatcher:
 
     def _starts(self, pairs, maps, budget, known):
         """
-        Return the `ViewStart`s of both views.
+        Return the `Seed`s of both views.
 
         maps: float32 (R, C), px from 0, their parents; known: whether the previous frame showed
         nearly all: then the right map, which only judges the left one, is taken as it is
         """
         scanlines = ScanlineSeed(self._config, self.pool, *self._shape)
-        return [scanlines.find(*pair, parent, budget.in_time, not (side and known))
+        return [uncrossed(pair[0], parent) if side and known
+                else scanlines.find(*pair, parent, budget.in_time)
                 for side, (pair, parent) in enumerate(zip(pairs, maps))]
 
     def _initial_population(self, starts, volume):
@@ -186,9 +187,9 @@ class QualityMatcher:
             fitness = PlaneFitness(*self._shape, self._config.disparities)
             fitness.set_view(self.pool, volume, origin, colour, roots, start.weak)
             views.append(EvolvingView(self.pool, fitness, colour, segments_of(roots), tools))
-            maps.append(local_planes(self.pool, start.seed.surface, colour))
+            maps.append(local_planes(self.pool, start.surface, colour))
         population = Population(views, lowest)
-        population.update_trust([start.seed.surface for start in starts])
+        population.update_trust([start.surface for start in starts])
         population.initialise(maps)
         return population
 

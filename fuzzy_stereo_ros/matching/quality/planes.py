@@ -10,7 +10,6 @@ from typing import NamedTuple
 import cv2
 from fuzzy_stereo_ros.matching.bands import cut_bands
 from fuzzy_stereo_ros.matching.kernels.planes import fits, segments
-from fuzzy_stereo_ros.matching.kernels.refinement.dense_map import Neighbours
 import numpy as np
 
 SCALES = ((60, 40), (150, 80), (400, 200))   # size parameter and least pixels of segments
@@ -65,7 +64,8 @@ def segments_of(roots):
 
 PLANE_RADIUS, LIMIT = 4, 0.6  # of local planes: px, px that neighbours may differ by
 GROWTH = 0.25            # of the limit: by this share of it a px of distance
-PLANE_COLOUR = 15.0      # grey levels, summed over channels, at which a neighbour counts 1 / e
+# Weights of neighbours by grey levels of difference, summed over channels.
+BY_COLOUR = np.exp(-np.arange(766) / 15.0).astype(np.float32)
 _PARTS = 8                               # of the regions of an image, for threads
 
 
@@ -73,20 +73,15 @@ def local_planes(pool, disparity, colour):
     """Return planes around pixels; disparity: float32 (R, C), px; colour: uint8 (R, C, 3)."""
     rows, columns = disparity.shape
     planes = np.empty((rows, 3, columns), np.float32)
-    around = tuple(neighbours(PLANE_RADIUS, LIMIT))
+    around = neighbours(PLANE_RADIUS, LIMIT)
     pool.each(lambda band: fits.local_planes(
         disparity, colour, around, planes, *band[1:]), cut_bands(rows))
     return planes
 
 
 def neighbours(radius, limit):
-    """Return the `Neighbours` that planes around pixels are fitted to; limit: px."""
-    return Neighbours(radius, colour_weights(PLANE_COLOUR), np.float32(limit), np.float32(GROWTH))
-
-
-def colour_weights(scale):
-    """Return weights by differences of colour that fall to 1 / e at a scale: float32 (766,)."""
-    return np.exp(-np.arange(766) / scale).astype(np.float32)
+    """Return the fields of the `Neighbours` that planes around pixels are fitted to; limit: px."""
+    return radius, BY_COLOUR, np.float32(limit), np.float32(GROWTH)
 
 
 def region_planes(pool, disparity, trusted, regions, random):

@@ -3,50 +3,39 @@
 """
 The possibility of a match, from census, colour and gradient of pixels and their supports.
 
-Not in the paper: see kernels/possibility/fuzzy_costs.py. A model is a set of scales.
+Not in the paper: see kernels/possibility/fuzzy_costs.py.
 """
-from typing import NamedTuple
-
 import cv2
 from fuzzy_stereo_ros.matching.bands import cut_bands
-from fuzzy_stereo_ros.matching.kernels.possibility import cross_support, fuzzy_costs
+from fuzzy_stereo_ros.matching.kernels.possibility import fuzzy_costs as kernels
 from fuzzy_stereo_ros.matching.kernels.simd import LANES
 import numpy as np
 
-CENSUS_RADIUS, CENSUS_BITS = 2, 24
+CENSUS_RADIUS, CODES = 2, 2     # px; planes of 16 bits
+BLUR = 0.4           # px, standard deviation, of the luminance before the census
+ROUNDS = 2           # how often costs are averaged over supports
 OFFSET = 2**14       # makes slopes unsigned
 COLUMN_PARTS = 8     # parts of the columns, so that running sums stay in the cache
-ALIKE, MUCH_ALIKE = 14, 8      # grey levels that end an arm: near its centre, and farther
-
-
-class Model(NamedTuple):
-    """The scales of one possibility model: differences at which a membership falls to 1 / e."""
-
-    census: float            # bits
-    colour: float            # grey levels
-    slope: float             # grey levels per px, along the row
-    gradient: float          # grey levels per px, along row and column together
-    blurs: tuple             # standard deviations of blurs of the luminance, a census each
-    longest: int             # arms of the supports, px
-    near: int                # px beyond which arms are stricter
-    rounds: int              # how often costs are averaged over supports
+# Differences at which a membership falls to 1 / e: bits of the census, six half grey levels of a
+# colour, two half grey levels of slope along the row, and of the gradient along row and column.
+WEIGHTS = np.rint(kernels.UNIT / np.array((12, 6 * 43, 2 * 2, 2 * 30))).astype(np.uint16)
 
 
 class Picture:
     """Features of an image: census codes, colour, slopes; the right one mirrored and padded."""
 
-    def __init__(self, rows, columns, padding, code_planes):
+    def __init__(self, rows, columns, padding):
         """Allocate; padding: columns behind a mirrored image, 0 for one that is not mirrored."""
         self._mirrored = padding > 0
-        self.codes = np.zeros((rows, code_planes, columns + padding), np.uint16)
-        self.planes = np.zeros((rows, fuzzy_costs.PLANES, columns + padding), np.uint16)
-        self._codes = np.zeros((rows, code_planes, columns), np.uint16)
+        self.codes = np.zeros((rows, CODES, columns + padding), np.uint16)
+        self.planes = np.zeros((rows, kernels.PLANES, columns + padding), np.uint16)
+        self._codes = np.zeros((rows, CODES, columns), np.uint16)
 
     def read_colour(self, colour):
         """Fill the planes from uint8 (R, C, 3)."""
         grey = cv2.cvtColor(colour, cv2.COLOR_BGR2GRAY)
         rows, columns = grey.shape
-        values = np.empty((rows, fuzzy_costs.CHANNELS, columns), np.int16)
+        values = np.empty((rows, kernels.CHANNELS, columns), np.int16)
         values[:, :3] = colour.transpose(0, 2, 1)
         values[:, :3] *= 2
         values[:, 3] = cv2.Sobel(grey, cv2.CV_16S, 1, 0, ksize=1)
@@ -60,14 +49,13 @@ class Picture:
                             axis=1) >> 2
         self._place(np.concatenate([values, low, high, gradient], axis=1) + OFFSET, self.planes)
 
-    def read_census(self, luminance, blurs, bands, pool):
+    def read_census(self, luminance, bands, pool):
         """Fill the codes from luminance, float32 (R, C)."""
-        radius = CENSUS_RADIUS
-        for scale, blur in enumerate(blurs):
-            blurred = cv2.GaussianBlur(luminance, (0, 0), blur, borderType=cv2.BORDER_REPLICATE)
-            padded = cv2.copyMakeBorder(np.rint(blurred * 4), *[radius] * 4, cv2.BORDER_REPLICATE)
-            pool.each(lambda band, padded=padded, bit=CENSUS_BITS * scale: fuzzy_costs.census(
-                padded, radius, bit, self._codes, band[1], band[2]), bands)
+        blurred = cv2.GaussianBlur(luminance, (0, 0), BLUR, borderType=cv2.BORDER_REPLICATE)
+        padded = cv2.copyMakeBorder(np.rint(blurred * 4), *[CENSUS_RADIUS] * 4,
+                                    cv2.BORDER_REPLICATE)
+        pool.each(lambda band: kernels.census(
+            padded, CENSUS_RADIUS, self._codes, band[1], band[2]), bands)
         self._place(self._codes, self.codes)
 
     def _place(self, values, target):
@@ -86,20 +74,16 @@ class SupportPossibility:
     costs: uint16 (R, C, labels), 0 to FULL, labels padded to a multiple of LANES
     """
 
-    def __init__(self, rows, columns, disparities, model):
-        """Allocate for images of a size and for a model, or one of less rounds."""
+    def __init__(self, rows, columns, disparities):
+        """Allocate for images of a size."""
         labels = padded(disparities)
-        planes, longest = _code_planes(model), model.longest
         self.disparities, self._bands = disparities, cut_bands(rows)
-        self._left = Picture(rows, columns, 0, planes)
-        self._right = Picture(rows, columns, labels, planes)
+        self._left = Picture(rows, columns, 0)
+        self._right = Picture(rows, columns, labels)
         self.costs = np.zeros((rows, columns, labels), np.uint16)
         self._arms = np.zeros((rows, columns, 4), np.uint8)
-        self._row_sums = [np.zeros((columns + 1) * labels, np.uint16) for _ in self._bands]
         edges = sorted({columns * part // COLUMN_PARTS for part in range(COLUMN_PARTS + 1)})
-        self._parts = [
-            (low, high, np.zeros((2 * longest + 2, (high - low) * labels), np.uint16))
-            for low, high in zip(edges, edges[1:])]
+        self._parts = list(zip(edges, edges[1:]))
 
     def set_pair(self, left, right, first_inside):
         """
@@ -112,37 +96,31 @@ class SupportPossibility:
         self._left.read_colour(left[0])
         self._right.read_colour(right[0])
 
-    def fill(self, pool, model, surface=None, level=0.0):
+    def fill(self, pool, surface=None):
         """
-        Fill the costs under a model.
+        Fill the costs; surface: float32 (R, C), px, of a parent, None for those of single pixels.
 
-        surface: float32 (R, C), px, of a parent; level: px of it that supports may span; neither
-        counts for a model of no rounds
+        Supports keep to the level of the surface.
         """
         for picture, luminance in zip((self._left, self._right), self._luminance):
-            picture.read_census(luminance, model.blurs, self._bands, pool)
-        unit = fuzzy_costs.UNIT
-        weights = np.rint([unit / model.census, unit / (6 * model.colour),
-                           unit / (2 * model.slope), unit / (2 * model.gradient)])
-        pool.each(lambda band: fuzzy_costs.fill_costs(
+            picture.read_census(luminance, self._bands, pool)
+        pool.each(lambda band: kernels.fill_costs(
             (self._left.codes, self._left.planes), (self._right.codes, self._right.planes),
-            _code_planes(model), weights.astype(np.uint16), self.disparities, self._first_inside,
-            self.costs, band[1], band[2]), self._bands)
-        if model.rounds:
-            rules = tuple(cross_support.ArmRules(
-                model.longest, model.near, ALIKE, MUCH_ALIKE, np.float32(level)))
-            pool.each(lambda band: cross_support.fill_arms(
-                self._colour, surface, rules, self._arms, band[1], band[2]), self._bands)
-        for _ in range(model.rounds):
-            pool.each(lambda band: cross_support.mean_over_rows(
-                self.costs, self._arms, self._row_sums[band[0]], band[1], band[2]), self._bands)
-            pool.each(lambda part: cross_support.mean_over_columns(
-                self.costs, self._arms, model.longest, part[2][:2 * model.longest + 2],
-                part[0], part[1]), self._parts)
+            WEIGHTS, self.disparities, self._first_inside, self.costs, band[1], band[2]),
+            self._bands)
+        if surface is None:
+            return
+        pool.each(lambda band: kernels.fill_arms(
+            self._colour, surface, self._arms, band[1], band[2]), self._bands)
+        for _ in range(ROUNDS):
+            pool.each(lambda band: kernels.mean_over_rows(
+                self.costs, self._arms, band[1], band[2]), self._bands)
+            pool.each(lambda part: kernels.mean_over_columns(
+                self.costs, self._arms, kernels.LONGEST, *part), self._parts)
 
     def add_prior(self, pool, surface, weights, dead_zone, cut, undo=False):
-        """Make labels far from a surface cost more, or undo it: see fuzzy_costs.add_prior."""
-        pool.each(lambda band: fuzzy_costs.add_prior(
+        """Make labels far from a surface cost more, or undo it: see kernels.add_prior."""
+        pool.each(lambda band: kernels.add_prior(
             self.costs, surface, weights, np.float32(dead_zone), np.float32(cut), undo,
             band[1], band[2]), self._bands)
 
@@ -150,11 +128,6 @@ class SupportPossibility:
 def padded(disparities):
     """Return how many labels costs have: whole vectors of them."""
     return -(-disparities // LANES) * LANES
-
-
-def _code_planes(model):
-    """Return how many planes of 16 bits the censuses of a model take."""
-    return -(-CENSUS_BITS * len(model.blurs) // 16)
 
 
 def moved(image, shift):

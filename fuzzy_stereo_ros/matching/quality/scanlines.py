@@ -10,29 +10,18 @@ size of the images alone.
 from typing import NamedTuple
 
 from fuzzy_stereo_ros.matching.bands import cut_bands
-from fuzzy_stereo_ros.matching.kernels.possibility.fuzzy_costs import FULL
+from fuzzy_stereo_ros.matching.kernels.possibility.fuzzy_costs import FULL, LONGEST
 from fuzzy_stereo_ros.matching.kernels.scanlines import eight_directions
-from fuzzy_stereo_ros.matching.quality.possibility import padded, SupportPossibility
+from fuzzy_stereo_ros.matching.quality.possibility import padded, ROUNDS, SupportPossibility
 import numpy as np
 
 OVERLAP = 32         # rows beyond a band in which its paths start
 MOST_COSTS = 48_000_000      # of a strip with the rows around it
 MOST_PIXEL_COSTS = 12_000_000    # of one in which nothing is searched
 PIXEL_REACH = 8      # rows around a strip of pixel costs, more than their filters reach
-
-
-class Smoothness(NamedTuple):
-    """Penalties of a path for changes of disparity, in parts of FULL."""
-
-    jump: float              # P2 where grey is flat
-    small: float             # P1, as a share of P2
-    at_edge: float           # share of both that is left at the strongest edges
-    edge: float              # grey step at which the rest has fallen to 1 / e
-
-    def weights(self):
-        """Return the share of both penalties by grey step: float32 (256,)."""
-        fall = np.exp(-np.arange(256) / self.edge)
-        return (self.at_edge + (1 - self.at_edge) * fall).astype(np.float32)
+# Weight of what steps cost by grey step, of which a tenth is left at the strongest edges; P2.
+WEIGHTS = (0.1 + 0.9 * np.exp(-np.arange(256) / 20.0)).astype(np.float32)
+JUMP = FULL * 3.0 * WEIGHTS
 
 
 class SurfaceScanlines:
@@ -58,18 +47,15 @@ class SurfaceScanlines:
         self.steps[eight_directions.DOWN_LEFT, 1:, :-1] = between(
             signed[1:, :-1], signed[:-1, 1:])
 
-    def search(self, pool, costs, disparities, smoothness, parent, steepest, chosen,
-               here=slice(None)):
+    def search(self, pool, costs, disparities, small, parent, steepest, chosen, here=slice(None)):
         """
         Choose labels.
 
-        parent: int16 (R, C), the surface that paths follow; steepest: its largest step that
-        counts; chosen: the fields of `ChosenLabels`, written; here: the rows whose labels are
-        chosen
+        small: P1, as a share of P2; parent: int16 (R, C), the surface that paths follow; steepest:
+        its largest step that counts; chosen: the fields of `ChosenLabels`, written; here: the rows
+        whose labels are chosen
         """
-        weights = FULL * smoothness.jump * smoothness.weights()
-        small, jump = (np.rint(share * weights).astype(np.uint16)
-                       for share in (smoothness.small, 1))
+        small, jump = (np.rint(share * JUMP).astype(np.uint16) for share in (small, 1))
         rows = self._costs_shape[0]
         begin, end, _ = here.indices(rows)
 
@@ -145,13 +131,13 @@ class ScanlineStrips:
     list of `Strip`; steps: uint8 (2, R, C), of grey to the left and upwards
     """
 
-    def __init__(self, rows, columns, disparities, model):
-        """model: of the possibility, see SupportPossibility."""
-        reach = OVERLAP + model.longest * model.rounds
+    def __init__(self, rows, columns, disparities):
+        """Allocate for images of a size."""
+        reach = OVERLAP + LONGEST * ROUNDS
         self.strips = cut_strips(rows, columns * padded(disparities), reach)
         height = self.strips[0].end - self.strips[0].begin
         self._disparities = disparities
-        self._possibility = SupportPossibility(height, columns, disparities, model)
+        self._possibility = SupportPossibility(height, columns, disparities)
         self._scanlines = SurfaceScanlines(self._possibility.costs.shape)
         shape = rows, columns
         self.labels, self.target = (np.zeros(shape, np.int16) for _ in range(2))
@@ -159,62 +145,56 @@ class ScanlineStrips:
         self.offsets = np.zeros(shape, np.float32)
         self.steps = np.zeros((2, *shape), np.uint8)
 
-    def set_pair(self, left, right, first_inside):
-        """Set a pair, see SupportPossibility.set_pair."""
-        self._pair, self._first_inside = (left, right), first_inside
-        self._strip, self._filled = None, None
+    def set_pair(self, left, right, first_inside, surface):
+        """Set a pair and its parent's surface, see `set_pair` and `fill` of SupportPossibility."""
+        self._pair, self._first_inside, self._surface = (left, right), first_inside, surface
+        self._strip = None
 
-    def fill(self, pool, strip, model, surface, level):
-        """
-        Return the costs of a strip and the rows around it, uint16: see SupportPossibility.fill.
-
-        surface: float32 (R, C), the same object as long as it does not change
-        """
+    def fill(self, pool, strip):
+        """Return the costs of a strip and the rows around it, uint16: see SupportPossibility."""
         if self._strip != strip:
-            self._strip, self._filled = strip, None
+            self._strip = strip
             self._possibility.set_pair(
                 *(tuple(part[strip.around] for part in image) for image in self._pair),
                 self._first_inside)
             self._scanlines.set_colour(self._pair[0][0][strip.around])
             self.steps[:, strip.rows] = self._scanlines.steps[::2, strip.here][:2]
-        if self._filled != (model, id(surface)):
-            self._filled = model, id(surface)
-            self._possibility.fill(pool, model, surface[strip.around], level)
+            self._possibility.fill(pool, self._surface[strip.around])
         return self._possibility.costs
 
-    def search(self, pool, strip, prior, smoothness, parent, steepest):
+    def search(self, pool, strip, prior, small, parent, steepest):
         """
         Choose the labels of a strip by its costs, which `fill` has written.
 
         prior: surface, weights, float32 (R, C), dead zone and cut of SupportPossibility.add_prior;
-        smoothness, parent, steepest: see SurfaceScanlines.search
+        small, parent, steepest: see SurfaceScanlines.search
         """
         surface, weights, *zones = prior
         given = pool, surface[strip.around], weights[strip.around], *zones
         chosen = (every[strip.around] for every in (
             self.labels, self.offsets, self.margins, self.target))
         self._possibility.add_prior(*given)
-        self._scanlines.search(pool, self._possibility.costs, self._disparities, smoothness,
+        self._scanlines.search(pool, self._possibility.costs, self._disparities, small,
                                parent[strip.around], steepest, tuple(chosen), strip.here)
         self._possibility.add_prior(*given, undo=True)
 
 
-def pixel_costs(pool, left, right, disparities, model, first_inside):
+def pixel_costs(pool, left, right, disparities, first_inside):
     """
     Return the costs of the matches of a pair, without supports: uint8 (R, C, labels).
 
     left, right: (colour, luminance), first_inside: see SupportPossibility.set_pair
     """
     rows, columns = left[1].shape
-    labels, model = padded(disparities), model._replace(rounds=0)
+    labels = padded(disparities)
     volume = np.empty((rows, columns, labels), np.uint8)
     strips = cut_strips(rows, columns * labels, PIXEL_REACH, MOST_PIXEL_COSTS)
-    possibility = SupportPossibility(strips[0].end - strips[0].begin, columns, disparities, model)
+    possibility = SupportPossibility(strips[0].end - strips[0].begin, columns, disparities)
     for strip in strips:
         possibility.set_pair(
             *(tuple(part[strip.around] for part in image) for image in (left, right)),
             first_inside)
-        possibility.fill(pool, model)
+        possibility.fill(pool)
         keep_bytes(pool, possibility.costs[strip.here], volume[strip.rows])
     return volume
 

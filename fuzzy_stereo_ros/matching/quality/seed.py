@@ -14,19 +14,17 @@ import cv2
 from fuzzy_stereo_ros.matching.config import MatcherConfig
 from fuzzy_stereo_ros.matching.evolution import Budget
 from fuzzy_stereo_ros.matching.kernels.units import INVALID
-from fuzzy_stereo_ros.matching.quality.possibility import Model, moved
-from fuzzy_stereo_ros.matching.quality.scanlines import pixel_costs, ScanlineStrips, Smoothness
-from fuzzy_stereo_ros.matching.quality.surface import DenseSurface, Steps, SurfaceFitness
+from fuzzy_stereo_ros.matching.quality.possibility import moved
+from fuzzy_stereo_ros.matching.quality.scanlines import pixel_costs, ScanlineStrips, WEIGHTS
+from fuzzy_stereo_ros.matching.quality.surface import (
+    consistency_of, cross, dense, measure, smooth, Steps)
 from fuzzy_stereo_ros.matching.realtime.matcher import RealtimeMatcher
 import numpy as np
 
-SHARP = Model(census=12, colour=43, slope=2, gradient=30, blurs=(0.4,), longest=8, near=4,
-              rounds=2)
-LEVEL = 0.4              # px of a parent's surface that supports may span
 PARENT_RADIUS, PARENT_LIMIT = 6, 1.5     # of the local planes that make a parent's surface, px
-OUTPUT_RADIUS, OUTPUT_LIMIT = 4, 0.6     # and of those of the result
 DEAD_ZONE, CUT = 1.0, 4.0    # px from the parent where a child's bias begins to cost, and its most
 WEAK_TEXTURE = 6.0       # mean step of grey at which the weakness of texture falls to 1 / e
+UNTRUSTED_SHARE = 0.1    # share of a match that counts where the two views disagree
 SMOOTHNESS_STEPS = Steps(slope=0.16, free=0.25, jump=4.0, apart=0.5)
 
 
@@ -46,44 +44,39 @@ class ChildSettings(NamedTuple):
 
     strong: float            # bias towards the parent, cost per px, where texture is strong
     weak: float              # the same where texture is weak
-    smoothness: Smoothness
+    small: float             # what a step of 1 px costs, as a share of a jump
     steepest: int            # steepest slope of the parent, px a pixel, that paths follow; 0: none
 
 
-LOOSE = Smoothness(jump=3.0, small=0.1, at_edge=0.1, edge=20.0)
-CHILDREN = {
-    'biased': ChildSettings(20, 60, LOOSE, 0),
-    'biased_where_weak': ChildSettings(0, 60, LOOSE, 2),
-    'independent': ChildSettings(0, 0, LOOSE._replace(small=0.05), 0),
-}
-UNBIASED = 'independent'     # the child of the data alone
+CHILDREN = (        # biased, biased where texture is weak, and of the data alone
+    ChildSettings(20, 60, 0.1, 0),
+    ChildSettings(0, 60, 0.1, 2),
+    ChildSettings(0, 0, 0.05, 0),
+)
 
 
 class Seed(NamedTuple):
     """
-    A dense map of a view, before planes evolve.
+    A view before planes evolve: a dense map, and what its fitness needs.
 
-    surface: float32 (R, C), px from 0, dense; labels, margins: int16 and uint16 (R, C), the
-    labels of the data alone, and by how much the best label elsewhere is worse, in parts of FULL
+    surface: float32 (R, C), px from 0; labels, margins: int16 and uint16 (R, C), the labels of the
+    data alone, and by how much the best label elsewhere is worse, in parts of FULL; colour: uint8
+    (R, C, 3); weak: float32 (R, C), how weak the texture is, 0 to 1; complete: whether children
+    were crossed; else the surface is the parent
     """
 
     surface: np.ndarray
     labels: np.ndarray
     margins: np.ndarray
-
-
-class ViewStart(NamedTuple):
-    """
-    The initial chromosome of a view.
-
-    seed: a `Seed`; complete: whether there was time for the whole seed; else it is the parent
-    colour: uint8 (R, C, 3); weak: float32 (R, C), how weak the texture is, 0 to 1
-    """
-
-    seed: Seed
     colour: np.ndarray
     weak: np.ndarray
-    complete: bool
+    complete: bool = False
+
+
+def uncrossed(view, parent):
+    """Return the `Seed` of a view, (colour, luminance), that is its parent, float32 (R, C)."""
+    return Seed(parent, np.zeros(parent.shape, np.int16), np.zeros(parent.shape, np.uint16),
+                view[0], weak_texture(view[1]))
 
 
 class ScanlineSeed:
@@ -92,93 +85,61 @@ class ScanlineSeed:
     def __init__(self, config, pool, rows, columns):
         """Allocate for the disparities of a MatcherConfig; pool: the `ThreadPool` that works."""
         self._config, self._pool = config, pool
-        self._scanlines = ScanlineStrips(rows, columns, config.disparities, SHARP)
-        self._fitness = SurfaceFitness(rows, columns, config.disparities)
-        self._dense = DenseSurface(rows, columns, config.disparities)
-        self._parent = np.zeros((rows, columns), np.float32)
+        self._scanlines = ScanlineStrips(rows, columns, config.disparities)
 
-    def find(self, left, right, parent, in_time, searched=True):
+    def find(self, left, right, parent, in_time):
         """
-        Return the `ViewStart` of a pair.
+        Return the `Seed` of a pair: the first child with the fitter regions of the others.
 
         left, right: (colour, luminance), see over_frames.Inheritance; parent: float32 (R, C), px
         from 0, the map of the previous frame or of `realtime`; in_time: returns whether the
-        deadline is still ahead; searched: whether children are searched, else the seed is the
-        parent
+        deadline is still ahead: else the seed is the parent
         """
-        lowest, (self._colour, luminance) = self._config.min_disparity, left
-        self._inside = lowest, lowest + luminance.shape[1] - 1
-        seed = Seed(parent.copy(), np.zeros(parent.shape, np.int16),
-                    np.zeros(parent.shape, np.uint16))
-        start = ViewStart(seed, self._colour, weak_texture(luminance), True)
-        if not searched:
-            return start
-        self._scanlines.set_pair(left, moved(right, lowest), max(lowest, 0))
-        return start._replace(complete=self._cross_children(start, parent, in_time))
-
-    def _cross_children(self, start, parent, in_time):
-        """
-        Write the first child into the seed, then the fitter regions of the others.
-
-        Returns whether there was time for all of them.
-        """
-        found, dense, fitness = self._scanlines, self._dense, self._fitness
-        seed = start.seed
-        self._parent[:] = parent
-        surface = dense.smooth(self._pool, self._parent, self._colour, PARENT_RADIUS,
-                               PARENT_LIMIT).copy()
-        children = []
-        for name, child in CHILDREN.items():
-            if not self._search(child, surface, start.weak, in_time):
-                break
-            dense.check(self._pool, found.labels, found.target, self._inside)
+        pool, found, lowest = self._pool, self._scanlines, self._config.min_disparity
+        labels, start, children = self._config.disparities, uncrossed(left, parent), []
+        inside = lowest, lowest + parent.shape[1] - 1
+        surface = smooth(pool, parent, start.colour, labels, PARENT_RADIUS, PARENT_LIMIT)
+        found.set_pair(left, moved(right, lowest), max(lowest, 0), surface)
+        for child in CHILDREN:
+            if not self._search(child, parent, surface, start.weak, in_time):
+                return start
+            validity = consistency_of(pool, found.labels, found.target, labels, inside)
             if not children:
-                fitness.trust(dense.validity == INVALID)
-            if name == UNBIASED:
-                seed.labels[:], seed.margins[:] = found.labels, found.margins
-            children.append(np.empty_like(surface))
-            dense.fill(self._pool, found.labels, found.offsets, self._colour, children[-1])
-        if children:
-            seed.surface[:] = children[0]
-            costs = self._costs_of(children, surface)
-            for other, its_costs in zip(children[1:], costs[1:]):
-                fitness.cross(seed.surface, costs[0], other, its_costs, SMOOTHNESS_STEPS)
-        seed.surface[:] = dense.smooth(self._pool, seed.surface, self._colour, OUTPUT_RADIUS,
-                                       OUTPUT_LIMIT)
-        return len(children) == len(CHILDREN)
+                trust = np.where(validity == INVALID, np.float32(UNTRUSTED_SHARE), np.float32(1))
+            children.append(dense(pool, np.clip(
+                found.labels + found.offsets, 0, labels - 1), validity, start.colour))
+        costs = [np.empty_like(surface) for _ in children]
+        for strip in found.strips:
+            measure(pool, found.fill(pool, strip)[strip.here], strip.first, labels, trust,
+                    children, costs)
+        weights = WEIGHTS[found.steps]
+        for other, its_costs in zip(children[1:], costs[1:]):
+            cross(children[0], costs[0], other, its_costs, weights, SMOOTHNESS_STEPS)
+        return start._replace(
+            surface=smooth(pool, children[0], start.colour, labels), complete=True,
+            labels=found.labels.copy(), margins=found.margins.copy())
 
-    def _search(self, child, surface, weak, in_time):
+    def _search(self, child, parent, surface, weak, in_time):
         """
         Choose the labels of a child; return whether there was time for all of it.
 
         surface: float32 (R, C), px, of the parent; weak: float32 (R, C), how weak the texture is
         """
-        scanlines, pool = self._scanlines, self._pool
         weights = np.float32(child.strong) + np.float32(child.weak - child.strong) * weak
         whole = np.rint(surface).astype(np.int16)
-        for strip in scanlines.strips:
+        for strip in self._scanlines.strips:
             if not in_time():
                 return False
-            scanlines.fill(pool, strip, SHARP, surface, LEVEL)
-            scanlines.search(pool, strip, (self._parent, weights, DEAD_ZONE, CUT),
-                             child.smoothness, whole, child.steepest)
+            self._scanlines.fill(self._pool, strip)
+            self._scanlines.search(self._pool, strip, (parent, weights, DEAD_ZONE, CUT),
+                                   child.small, whole, child.steepest)
         return True
-
-    def _costs_of(self, maps, surface):
-        """Return the costs of the genes of maps, float32 (R, C); surface: of their parent."""
-        results = [np.empty_like(surface) for _ in maps]
-        for strip in self._scanlines.strips:
-            costs = self._scanlines.fill(self._pool, strip, SHARP, surface, LEVEL)
-            self._fitness.measure(self._pool, costs[strip.here], strip.first, maps, results)
-        self._fitness.set_weights(LOOSE.weights()[self._scanlines.steps])
-        return results
 
 
 def costs_of_pixels(config, pool, left, right):
     """Return the costs of the matches of a pair, without supports: uint8 (R, C, labels)."""
     lowest = config.min_disparity
-    return pixel_costs(pool, left, moved(right, lowest), config.disparities, SHARP,
-                       max(lowest, 0))
+    return pixel_costs(pool, left, moved(right, lowest), config.disparities, max(lowest, 0))
 
 
 def parent_of(inherited, fresh, noisy):

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The literal reading: Eq. 3 and Eq. 4, who lives, crossover, mutation, and their random."""
 from fuzzy_stereo_ros.matching.kernels.genetic.literal_reading import (
-    fill_row_fitness, least_possible_level, place_patches)
+    fill_row_fitness, place_patches)
 from fuzzy_stereo_ros.matching.kernels.genetic.random_numbers import (
     key_of, scatter_random_genes)
 from fuzzy_stereo_ros.matching.paper import operators
@@ -123,7 +123,7 @@ def test_patches_are_one_to_as_many_as_cover_the_image(cells, neighbourhood, dat
 @settings(deadline=None)
 @given(possibilities, st.floats(0, 1))
 def test_the_least_possible_cells_are_those_of_the_twin(chosen, share):
-    level, ties = least_possible_level(chosen, share)
+    level, ties = operators.least_possible_level(chosen, share)
     counts = np.bincount(chosen.ravel(), minlength=256).astype(float)
     counts[level] *= ties
     counts[level + 1:] = 0
@@ -136,7 +136,7 @@ def test_the_least_possible_cells_are_those_of_the_twin(chosen, share):
 @given(possibilities, words, st.integers(1, 20), st.sampled_from([1, 3, 5]))
 def test_patches_fall_as_those_of_the_twin(chosen, key, patches, neighbourhood):
     parent = np.full(chosen.shape, 777, np.uint16)
-    level, ties = least_possible_level(chosen, 0.4)
+    level, ties = operators.least_possible_level(chosen, 0.4)
     expected = reference.thrown_patches(
         key, patches, neighbourhood, 60, chosen, level, ties, parent)
     mutant = parent.copy()

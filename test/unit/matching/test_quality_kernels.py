@@ -5,13 +5,12 @@ from census_scene import random_map
 from fuzzy_stereo_ros.matching.bands import ThreadPool
 from fuzzy_stereo_ros.matching.crossover import Exchange
 from fuzzy_stereo_ros.matching.kernels.genetic import surface_cost
-from fuzzy_stereo_ros.matching.kernels.genetic.exchange import list_cells
-from fuzzy_stereo_ros.matching.kernels.possibility import cross_support, fuzzy_costs
+from fuzzy_stereo_ros.matching.kernels.planes import fits
+from fuzzy_stereo_ros.matching.kernels.possibility import fuzzy_costs
 from fuzzy_stereo_ros.matching.kernels.possibility.fuzzy_costs import FULL
-from fuzzy_stereo_ros.matching.kernels.refinement import dense_map
 from fuzzy_stereo_ros.matching.kernels.scanlines import eight_directions
-from fuzzy_stereo_ros.matching.quality.scanlines import Smoothness, SurfaceScanlines
-from fuzzy_stereo_ros.matching.quality.surface import Steps, SurfaceFitness
+from fuzzy_stereo_ros.matching.quality.scanlines import SurfaceScanlines
+from fuzzy_stereo_ros.matching.quality.surface import cross, measure, Steps
 from hypothesis import given, settings, strategies as st
 import numpy as np
 import pytest
@@ -21,13 +20,12 @@ import reference_quality as twins
 SHAPES = [(1, 9), (9, 1), (2, 2), (7, 33), (5, 70)]
 
 
-@pytest.mark.parametrize('first_bit, planes', [(0, 2), (24, 3)])
 @pytest.mark.parametrize('shape', SHAPES)
-def test_the_census_is_that_of_the_twin(shape, first_bit, planes):
+def test_the_census_is_that_of_the_twin(shape):
     fine = random_map((shape[0] + 4, shape[1] + 4), 20, dtype=np.float32)
-    codes = np.zeros((shape[0], planes, shape[1]), np.uint16)
-    fuzzy_costs.census(fine, 2, first_bit, codes, 0, shape[0])
-    np.testing.assert_array_equal(codes, twins.census(fine, 2, first_bit, planes))
+    codes = np.zeros((shape[0], 2, shape[1]), np.uint16)
+    fuzzy_costs.census(fine, 2, codes, 0, shape[0])
+    np.testing.assert_array_equal(codes, twins.census(fine, 2))
 
 
 @settings(max_examples=30, deadline=None)
@@ -47,20 +45,20 @@ def test_the_costs_are_those_of_the_twin(
     padded = [np.concatenate([kind[..., ::-1], np.repeat(kind[..., :1], labels, axis=2)], axis=2)
               for kind in (target_codes, target_planes)]
     costs = np.zeros((rows, columns, labels), np.uint16)
-    fuzzy_costs.fill_costs((codes, planes), tuple(padded), 2, np.uint16(weights), disparities,
+    fuzzy_costs.fill_costs((codes, planes), tuple(padded), np.uint16(weights), disparities,
                            first_inside, costs, 0, rows)
     np.testing.assert_array_equal(costs, twins.costs(
         codes, target_codes, planes, target_planes, weights, disparities, first_inside, labels))
 
 
-@pytest.mark.parametrize('level', [0.5, 100.0])
-@pytest.mark.parametrize('shape', SHAPES)
-def test_arms_end_at_edges_of_colour_and_of_the_parent(shape, level):
-    colours = random_map((*shape, 3), 18)
-    surface = random_map(shape, 3, 1, np.float32) / np.float32(4)
+@pytest.mark.parametrize('steps', [0, 3])
+@pytest.mark.parametrize('shape', [*SHAPES, (21, 25)])
+def test_arms_end_at_edges_of_colour_and_of_the_parent(shape, steps):
+    colours = random_map((*shape, 3), 14 if not steps else 18)
+    surface = random_map(shape, steps + 1, 1, np.float32) / np.float32(4)
     arms = np.zeros((*shape, 4), np.uint8)
-    cross_support.fill_arms(colours, surface, (5, 2, 14, 8, np.float32(level)), arms, 0, shape[0])
-    np.testing.assert_array_equal(arms, twins.arms(colours, 5, 2, 14, 8, surface, level))
+    fuzzy_costs.fill_arms(colours, surface, arms, 0, shape[0])
+    np.testing.assert_array_equal(arms, twins.arms(colours, 8, 4, 14, 8, surface, 0.4))
 
 
 @pytest.mark.parametrize('least', [0, fuzzy_costs.FULL])
@@ -76,11 +74,9 @@ def test_means_over_rows_and_columns_are_those_of_the_twin(shape, longest, least
     arms = random_map((*shape, 4), longest + 1)
     arms = np.minimum(arms, np.stack(room, axis=2)).astype(np.uint8)
     by_rows, by_columns = costs.copy(), costs.copy()
-    cross_support.mean_over_rows(by_rows, arms, np.zeros((columns + 1) * labels, np.uint16), 0,
-                                 rows)
+    fuzzy_costs.mean_over_rows(by_rows, arms, 0, rows)
     for first, last in ((0, columns // 2), (columns // 2, columns)):
-        ring = np.zeros((2 * longest + 2, (last - first) * labels), np.uint16)
-        cross_support.mean_over_columns(by_columns, arms, longest, ring, first, last)
+        fuzzy_costs.mean_over_columns(by_columns, arms, longest, first, last)
     np.testing.assert_array_equal(by_rows, twins.mean_over_arms(costs, arms, 1))
     np.testing.assert_array_equal(by_columns, twins.mean_over_arms(costs, arms, 0))
 
@@ -98,7 +94,6 @@ def test_a_prior_makes_labels_far_from_the_surface_cost_more_and_can_be_undone(l
 
 
 PATH_SHAPES = [(1, 5), (5, 1), (4, 7), (9, 13)]
-SMOOTHNESS = Smoothness(jump=4.0, small=0.1, at_edge=0.1, edge=20.0)
 
 
 @settings(max_examples=40, deadline=None)
@@ -136,7 +131,7 @@ def guessed(costs, parent, threads=1, here=slice(None)):
     guess.set_colour(random_map((*shape, 3), 30, 7))
     chosen = tuple(np.zeros(shape, kind)
                    for kind in (np.int16, np.float32, np.uint16, np.int16))
-    guess.search(ThreadPool(threads), costs, 24, SMOOTHNESS, parent, 2, chosen, here)
+    guess.search(ThreadPool(threads), costs, 24, 0.1, parent, 2, chosen, here)
     return chosen
 
 
@@ -165,14 +160,12 @@ def test_selected_pixels_take_the_median_weighted_by_colour_and_distance(shape, 
     """The map reaches from label to label, whose places the histogram just holds."""
     surface, colours = random_map(shape, labels, 0, np.float32), random_map((*shape, 3), 60, 1)
     surface = np.minimum(surface + surface_of(shape, 3, 1), np.float32(labels - 1))
-    selected = random_map(shape, 2, 2)
+    selected = random_map(shape, 2, 2) == 1
     distance = np.exp(-np.arange(-3, 4)**2 / 8).astype(np.float32)
     result = np.zeros_like(surface)
-    dense_map.weighted_median(surface, selected, colours, (3, BY_COLOUR, distance),
-                              np.zeros(dense_map.BINS * labels + 1, np.float32), result, 0,
-                              shape[0])
+    fits.weighted_median(surface, selected, colours, BY_COLOUR, distance, result, 0, shape[0])
     np.testing.assert_allclose(result, twins.weighted_median(
-        surface, selected, colours, 3, BY_COLOUR, distance, dense_map.BINS), atol=1e-5)
+        surface, selected, colours, 3, BY_COLOUR, distance, fits.BINS), atol=1e-5)
 
 
 @pytest.mark.parametrize('nearest', [0, 254, 509])
@@ -180,8 +173,8 @@ def test_selected_pixels_take_the_median_weighted_by_colour_and_distance(shape, 
 def test_local_planes_are_those_of_the_twin(shape, nearest):
     surface, colours = surface_of(shape, limit=3) + nearest, random_map((*shape, 3), 60, 1)
     result = np.zeros_like(surface)
-    dense_map.local_planes(surface, colours, (2, BY_COLOUR, np.float32(1), np.float32(0.25)),
-                           result, 0, shape[0])
+    fits.smooth(surface, colours, (2, BY_COLOUR, np.float32(1), np.float32(0.25)), result, 0,
+                shape[0])
     np.testing.assert_allclose(result, twins.local_planes(
         surface, colours, 2, BY_COLOUR, 1.0, 0.25), atol=2e-3)
 
@@ -192,13 +185,11 @@ def joined(shape, seed, change, apart):
 
     change: makes the second map of the first one; apart: of STEPS
     """
-    fitness = SurfaceFitness(*shape, 9)
     across, down = (random_map(shape, 9, seed + 1 + side, np.float32) / np.float32(8)
                     for side in range(2))
     costs = random_map((*shape, 32), FULL, seed, np.uint16)
     rejected = random_map(shape, 2, seed + 3) == 1
-    fitness.trust(rejected)
-    fitness.set_weights((across, down))
+    trust = np.where(rejected, np.float32(0.1), np.float32(1))
 
     def genes(surface):
         found = np.array([twins.cost_at(costs[place] >> 1, surface[place], 9)
@@ -213,10 +204,11 @@ def joined(shape, seed, change, apart):
     maps, prices = (first.copy(), second), [np.zeros(shape, np.float32) for _ in range(2)]
     half = shape[0] // 2
     for top, rows in ((0, costs[:half]), (half, costs[half:])):
-        fitness.measure(ThreadPool(1), rows, top, maps, prices)
+        measure(ThreadPool(1), rows, top, 9, trust, maps, prices)
     for surface, price in zip(maps, prices):
         np.testing.assert_allclose(price, genes(surface), atol=1e-3)
-    saved = fitness.cross(maps[0], prices[0], second, prices[1], STEPS._replace(apart=apart))
+    saved = cross(maps[0], prices[0], second, prices[1], np.stack([across, down]),
+                  STEPS._replace(apart=apart))
     np.testing.assert_allclose(prices[0], genes(maps[0]), atol=1e-3)
     return first, second, maps[0], saved / surface_cost.COST_PARTS, cost
 
@@ -257,7 +249,7 @@ def test_an_exchange_has_the_change_of_cost_from_the_first_parent_to_the_child(
         return twins.surface_cost(surface, genes, across, down, *numbers)
 
     exchange = Exchange(*first.shape, 4)
-    exchange.set_size(list_cells(abs(first - second) > apart, exchange.all_cells))
+    exchange.set_cells(abs(first - second) > apart)
     np.testing.assert_array_equal(exchange.cells, np.flatnonzero(abs(first - second) > apart))
     exchange.pairs[:] = 99
     surface_cost.exchange_changes(

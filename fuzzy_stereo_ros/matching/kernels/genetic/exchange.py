@@ -33,11 +33,7 @@ class Sets(NamedTuple):
 
 @kernel
 def differing_cells(first, second, cells):
-    """
-    Write where two chromosomes of labels differ; return at how many cells.
-
-    first, second: uint8 or uint16 (R, C); cells: int32 (R * C + 1,), row * C + column, ascending.
-    """
+    """Write the cells where two chromosomes of labels differ; return how many there are."""
     number, ours, theirs = 0, first.reshape(-1), second.reshape(-1)
     whole = ours.size // LANES * LANES
     for start in range(0, whole, LANES):
@@ -52,37 +48,12 @@ def differing_cells(first, second, cells):
     return number
 
 
-@kernel
-def list_cells(selected, cells):
-    """
-    Write the selected cells, row * C + column, ascending; return how many there are.
-
-    selected: bool (R, C); cells: int32 (R * C + 1,)
-    """
-    number, flat = 0, selected.reshape(-1)
-    for cell in range(flat.size):
-        cells[number] = cell
-        number += flat[cell]
-    return number
-
-
 @inlined
 def row_of(cell, row, columns):
     """Return the row of a cell, row * columns + column, from the row of an earlier one on."""
     while cell >= (row + 1) * columns:
         row += 1
     return row
-
-
-@kernel
-def widest(alone, pairs):
-    """Return the largest absolute value of int32 (n,) and (n, K)."""
-    low = high = np.int64(0)
-    for index in range(alone.size):
-        low, high = min(low, alone[index]), max(high, alone[index])
-        for side in range(pairs.shape[1]):
-            low, high = min(low, pairs[index, side]), max(high, pairs[index, side])
-    return max(-low, high)
 
 
 @kernel
@@ -113,10 +84,9 @@ def take_regions(changes, columns, advantage, taken, places, region, sets):
     """
     Take each region of cells whose change of cost is negative; return the change of all taken.
 
-    changes: the fields of Changes; advantage: cost a cell by which a region must be the cheaper
-    one. taken: bool (n,), which cells may be taken, then which are; places: int32 (n,), region:
-    int32 ((R + 2) * (columns + 1),), the image with a border, 0 before and after; sets: the fields
-    of Sets; working memory.
+    advantage: cost a cell by which a region must be the cheaper one; taken: bool (n,), which cells
+    may be taken, then which are; places: int32 (n,), region: int32 ((R + 2) * (columns + 1),), the
+    image with a border, 0 before and after, sets: memory
     """
     cells, alone, pairs = changes
     sets = Sets(*sets)

@@ -58,12 +58,7 @@ def _gene_cost(features, scene, label, row, column):
 
 @kernel
 def gene_costs(features, scene, chromosome, costs, every, first, last):
-    """
-    Write the data cost of all genes of each row of first .. last - 1 that `every` divides.
-
-    features: the fields of Features; scene: those of a Scene; chromosome: (R, C) labels; costs:
-    uint8 (R, C).
-    """
+    """Write the data cost of all genes of each row that `every` divides: uint8 (R, C)."""
     features, scene = Features(*features), Scene(*scene)
     for row in range(first + -first % every, last, every):
         for column in range(chromosome.shape[1]):
@@ -76,9 +71,7 @@ def exchange_changes(features, scene, small, across, down, first, second, change
     """
     Write the changes of cost where cells take the second parent's genes: see crossover.Exchange.
 
-    features: the fields of Features; scene: those of a Scene; small, across, down: Penalties;
-    first, second: (R, C) labels; changes: the fields of Changes, cells some of those where they
-    differ, the others written.
+    changes: cells are some of those where the parents, (R, C) labels, differ
     """
     cells, alone, pairs = changes
     features, scene = Features(*features), Scene(*scene)
@@ -116,8 +109,7 @@ def row_costs(small, across, down, chromosome, costs, every, first, last):
     """
     Return the cost of the genes of every `every`-th row, and the number of these genes.
 
-    small, across, down: Penalties; costs: uint8 (R, C), their data costs; the jumps to the left
-    and up are added.
+    costs: uint8 (R, C), their data costs; the jumps to the left and up are added
     """
     total = number = 0
     for row in range(first + -first % every, last, every):

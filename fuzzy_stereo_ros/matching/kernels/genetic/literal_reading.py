@@ -74,30 +74,6 @@ def weighted(support, genes, reference_gradient, target_gradient):
     return total
 
 
-@kernel(allocates=True)
-def least_possible_level(chosen, share):
-    """
-    Return the level below which a cell is one of the least possible ones, and a share of ties.
-
-    Every cell below the level is one, and of the cells at the level the share of ties: together
-    `share` of all cells.
-    """
-    rows, columns = chosen.shape
-    counts = np.zeros((4, 256), np.int64)
-    for row in range(rows):
-        for column in range(columns):
-            # Four histograms: one alone waits for its own last increment.
-            counts[column & 3, chosen[row, column]] += 1
-    wanted = share * rows * columns
-    level = 0
-    at_level = counts[:, level].sum()
-    while level < 255 and at_level < wanted:
-        wanted -= at_level
-        level += 1
-        at_level = counts[:, level].sum()
-    return level, wanted / max(at_level, 1)
-
-
 @kernel
 def place_patches(key, patches, neighbourhood, disparities, chosen, level, share_of_ties,
                   chromosome):

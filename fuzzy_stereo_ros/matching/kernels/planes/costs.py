@@ -11,8 +11,7 @@ changes its plane only if its visible matches get no worse.
 from typing import NamedTuple
 
 from fuzzy_stereo_ros.matching.kernels.compiled import inlined, kernel
-from fuzzy_stereo_ros.matching.kernels.planes.fits import disparity_at, plane_at
-from fuzzy_stereo_ros.matching.kernels.refinement.dense_map import colours_apart
+from fuzzy_stereo_ros.matching.kernels.planes.fits import colours_apart, disparity_at, plane_at
 from fuzzy_stereo_ros.matching.kernels.union_find import join, root
 import numpy as np
 

@@ -10,15 +10,24 @@ from typing import NamedTuple
 
 from fuzzy_stereo_ros.matching.kernels.compiled import called, inlined, kernel
 from fuzzy_stereo_ros.matching.kernels.genetic.random_numbers import below, mixed
-from fuzzy_stereo_ros.matching.kernels.refinement.dense_map import sums_around
 import numpy as np
 
 # Of a region: random planes tried; px by which pixels agree
 PLANES_TRIED, AGREEMENT = 60, np.float32(0.7)
+BINS = 4             # of the weighted median, a pixel
 _SAMPLES = 150       # pixels of a region, about, on which a plane is tried
 LEAST_POINTS = 6     # points that a plane is fitted to
 _FLATTEST = 4        # px^2, twice the area of three pixels that give a plane
 _STEEPEST = 2.0      # px a px
+
+
+class Neighbours(NamedTuple):
+    """The pixels around one that a plane is fitted to."""
+
+    radius: int
+    by_colour: np.ndarray    # float32 (766,), weights by the sum of differences of the channels
+    limit: np.float32        # px that they may differ by
+    growth: np.float32       # of the limit: by this share of it a pixel of distance
 
 
 class RandomPlanes(NamedTuple):
@@ -56,7 +65,7 @@ def solve(sums, damping):
     """
     Return slopes and offset of least squares, 0 where they are not determined.
 
-    sums: see dense_map.sums_around; damping: added to those of the squares
+    sums: see sums_around; damping: added to those of the squares
     """
     number, x, y, xx, xy, yy, d, xd, yd = sums
     xx, yy = xx + damping, yy + damping
@@ -153,6 +162,80 @@ def least_squares(points, first, last, plane, limit, origin):
     return s, a, b, c + d0 - a * x0 - b * y0
 
 
+@inlined
+def colours_apart(colours, row, column, other_row, other_column):
+    """Return the sum over the channels of the differences of two pixels."""
+    total = 0
+    for channel in range(3):
+        total += abs(np.int32(colours[row, column, channel])
+                     - np.int32(colours[other_row, other_column, channel]))
+    return total
+
+
+@kernel(allocates=True)
+def weighted_median(disparities, selected, colours, by_colour, by_distance, result, first, last):
+    """
+    Give the selected pixels the median around them, weighted by colour and distance.
+
+    by_colour: float32 (766,), as of Neighbours; by_distance: float32, by rows or columns from the
+    first one around a pixel on; result: as disparities
+    """
+    (rows, columns), radius = disparities.shape, by_distance.size // 2
+    histogram = np.zeros(BINS * np.int64(disparities.max() + 2), np.float32)
+    for row in range(first, last):
+        for column in range(columns):
+            result[row, column] = disparities[row, column]
+            if not selected[row, column]:
+                continue
+            place, total = histogram.size, np.float32(0)
+            histogram[:] = 0
+            for y in range(max(row - radius, 0), min(row + radius + 1, rows)):
+                for x in range(max(column - radius, 0), min(column + radius + 1, columns)):
+                    weight = (by_colour[colours_apart(colours, row, column, y, x)]
+                              * by_distance[y - row + radius] * by_distance[x - column + radius])
+                    value = np.int64(disparities[y, x] * BINS + np.float32(0.5))
+                    histogram[value] += weight
+                    total += weight
+                    place = min(place, value)
+            share = histogram[place]
+            while 2 * share < total:
+                place += 1
+                share += histogram[place]
+            result[row, column] = np.float32(place) / BINS
+
+
+@inlined
+def sums_around(disparities, colours, row, column, neighbours):
+    """
+    Return the sums of least squares of the plane around a pixel, relative to it: float32.
+
+    Of the weights, of right, down, their squares and product, disparity, and right and down times
+    disparity.
+    """
+    radius, by_colour, limit, growth = neighbours
+    rows, columns = disparities.shape
+    centre = disparities[row, column]
+    s = sx = sy = sxx = sxy = syy = sd = sxd = syd = np.float32(0)
+    for y in range(max(row - radius, 0), min(row + radius + 1, rows)):
+        for x in range(max(column - radius, 0), min(column + radius + 1, columns)):
+            difference = disparities[y, x] - centre
+            across, along = np.float32(x - column), np.float32(y - row)
+            distance = max(abs(across), abs(along))
+            if abs(difference) > limit * (np.float32(1) + growth * distance):
+                continue
+            weight = by_colour[colours_apart(colours, row, column, y, x)]
+            s += weight
+            sx += weight * across
+            sy += weight * along
+            sxx += weight * across * across
+            sxy += weight * across * along
+            syy += weight * along * along
+            sd += weight * difference
+            sxd += weight * across * difference
+            syd += weight * along * difference
+    return s, sx, sy, sxx, sxy, syy, sd, sxd, syd
+
+
 @kernel
 def local_planes(disparities, colours, neighbours, planes, first, last):
     """Write the plane fitted to the similar neighbours of each pixel, with damped slopes."""
@@ -163,6 +246,25 @@ def local_planes(disparities, colours, neighbours, planes, first, last):
             slope, fall, offset = solve(sums, np.float32(0.5) * sums[0])
             planes[row, 0, column], planes[row, 1, column] = slope, fall
             planes[row, 2, column] = centre + offset - slope * column - fall * row
+
+
+@kernel
+def smooth(disparities, colours, neighbours, result, first, last):
+    """Write the disparity of the plane fitted to the similar neighbours of each pixel."""
+    for row in range(first, last):
+        for column in range(disparities.shape[1]):
+            centre = disparities[row, column]
+            s, sx, sy, sxx, sxy, syy, sd, sxd, syd = sums_around(
+                disparities, colours, row, column, neighbours)
+            sxx += np.float32(1)
+            syy += np.float32(1)
+            a, b, c = sxx * syy - sxy * sxy, sx * syy - sxy * sy, sx * sxy - sxx * sy
+            determinant = s * a - sx * b + sy * c
+            offset = np.float32(0)
+            if determinant > np.float32(1e-6):
+                offset = (sd * a - sx * (sxd * syy - sxy * syd)
+                          + sy * (sxd * sxy - sxx * syd)) / determinant
+            result[row, column] = centre + min(max(offset, np.float32(-1)), np.float32(1))
 
 
 @called

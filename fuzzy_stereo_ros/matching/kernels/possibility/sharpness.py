@@ -28,9 +28,8 @@ def count_coefficients(luminance, begin, columns, apart, unit, counts, first, la
     """
     Count the small, the large and the middle coefficients of some blocks of a picture.
 
-    luminance: uint16, with a margin; begin: column of the first block, from 0; apart: step of
-    measured blocks; unit: of luminance in a grey level; counts: int64 (3,), increased; first,
-    last: rows, from a multiple of JPEG_BLOCK on
+    begin: column of the first block, from 0; apart: step of measured blocks; unit: of luminance in
+    a grey level; counts: int64 (3,), increased; first: a multiple of JPEG_BLOCK
     """
     across = np.empty((4, JPEG_BLOCK), np.float32)
     smallest, small_to = np.float32(SMALL[0] * unit), np.float32(SMALL[1] * unit)
@@ -61,8 +60,7 @@ def add_steps(luminance, columns, sums, first, last):
     """
     Add the sizes of the second differences along some rows, over 1 px and over 2 px.
 
-    luminance: uint16, with a margin; columns: whole LANES of them count; sums: int64 (2,), in
-    quarters of luminance; first, last: rows
+    columns: whole LANES of them count; sums: int64 (2,), in quarters of luminance
     """
     pixels, stride = luminance.reshape(-1), luminance.shape[1]
     for row in range(first, last):
