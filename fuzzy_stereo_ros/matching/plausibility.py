@@ -15,7 +15,8 @@ import time
 from typing import NamedTuple
 
 import cv2
-from fuzzy_stereo_ros.matching.row_offsets import misalignment_of, reduced, terms_at
+from fuzzy_stereo_ros.matching.row_offsets import misalignment_of, terms_at
+from fuzzy_stereo_ros.matching.shared_features import features_in_common
 import numpy as np
 
 TIME_SHARE = 0.004  # share of the matching time that may be spent on the search for causes
@@ -41,10 +42,6 @@ COMPARED = np.s_[::16, ::4]     # rows and columns that are compared, of images 
 EQUAL = 0.99        # share of their pixels that differ by no more than rounding, 1 level
 CHANGED = 0.05      # least share of the pixels that change from pair to pair, if only by noise
 # Features of both images.
-REDUCED_COLUMNS = 560   # about so many, of images that are reduced to find features
-FEATURES, PATCH = 500, 31
-UNIQUE, LIKE = 0.85, 60         # share of the second best distance, and bits of 256
-WANTED_CONTRAST, MOST_GAIN = 30.0, 4.0     # grey levels that a dull image gets, and largest factor
 TOLERANCE = 1.5     # reduced px, by which the rows of a feature may differ
 FARTHER = 2.0       # reduced px beyond infinity that errors of features do not explain
 FLAT = 2.0          # reduced px between near and far features of a wall that faces the cameras
@@ -233,56 +230,6 @@ class Evidence:
             found < first - pixel, found > first + self.config.disparities - 1 + pixel,
             found < least, -found < least))
         return self
-
-
-class Features(NamedTuple):
-    """
-    Features that two images have in common, px of the images as they are.
-
-    number: of features of the left image, before any were compared. places: float64 (N, 2),
-    column and row in the right image. disparities, lower: float64 (N,), by how much the
-    feature is farther left and lower in the right image. pixel: px of a reduced image's pixel.
-    """
-
-    number: int
-    places: np.ndarray
-    disparities: np.ndarray
-    lower: np.ndarray
-    pixel: int
-
-
-def features_in_common(left, right):
-    """
-    Return the Features of two grey images, uint8 (R, C), wherever they lie in both.
-
-    ORB (Rublee et al., ICCV 2011) of one scale and turn; both have to be each other's best match.
-    """
-    pixel = max(1, round(left.shape[1] / REDUCED_COLUMNS))
-    none = Features(0, np.empty((0, 2)), np.empty(0), np.empty(0), pixel)
-    if min(left.shape) < 2 * PATCH * pixel:
-        return none
-    detector = cv2.ORB_create(nfeatures=FEATURES, nlevels=1, edgeThreshold=PATCH // 2 + 1,
-                              patchSize=PATCH, fastThreshold=7)
-    (ours, our_bits), (theirs, their_bits) = (
-        detector.detectAndCompute(_with_contrast(reduced(image, pixel)), None)
-        for image in (left, right))
-    if min(len(ours), len(theirs)) < 2:
-        return none._replace(number=len(ours))
-    matcher = cv2.BFMatcher(cv2.NORM_HAMMING)
-    back = {one.queryIdx: one.trainIdx for one in matcher.match(their_bits, our_bits)}
-    chosen = [(*ours[best.queryIdx].pt, *theirs[best.trainIdx].pt)
-              for best, second in matcher.knnMatch(our_bits, their_bits, 2)
-              if best.distance < min(UNIQUE * second.distance, LIKE)
-              and back[best.trainIdx] == best.queryIdx]
-    x, y, other_x, other_y = pixel * np.array(chosen, np.float64).reshape(-1, 4).T
-    return Features(len(ours), np.stack([other_x, other_y], 1), x - other_x, other_y - y, pixel)
-
-
-def _with_contrast(image):
-    """Return an image, a dull one with more contrast: uint8."""
-    mean, spread = (one.item() for one in cv2.meanStdDev(image))
-    gain = float(np.clip(WANTED_CONTRAST / max(spread, 1e-6), 1, MOST_GAIN))
-    return cv2.addWeighted(image, gain, image, 0, (1 - gain) * mean)
 
 
 def _by_light(evidence):
