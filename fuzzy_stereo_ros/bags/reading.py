@@ -9,8 +9,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from fuzzy_stereo_ros.bags.cut_off import (
-    check_tables, is_torn_database, log_of, Recovered, recovered)
-from fuzzy_stereo_ros.bags.cut_ros1 import has_torn_index
+    check_tables, has_torn_index, is_torn_database, log_of, Recovered, recovered)
 from fuzzy_stereo_ros.pairs.messages import stamp_of
 from fuzzy_stereo_ros.pairs.stereo_pair import BadPair
 
