@@ -363,7 +363,7 @@ def _indexed_database(path):
         with closing(sqlite3.connect(name.as_uri(), uri=True)) as index:
             index.execute(SHORTER)
             index.execute('ATTACH ? AS cut', (_uri(path),))
-            for table, in index.execute("SELECT name FROM cut.sqlite_master WHERE name IN "
+            for table, in index.execute('SELECT name FROM cut.sqlite_master WHERE name IN '
                                         "('schema', 'topics', 'message_definitions')").fetchall():
                 index.execute(f'CREATE TABLE {table} AS SELECT * FROM cut.{table}')
             index.execute('CREATE TABLE messages (id INTEGER PRIMARY KEY, topic_id, timestamp, '

@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """`fuzzy-stereo evolve`: show the generations of a match in numbers, figures and videos."""
-from dataclasses import asdict, replace
+from dataclasses import replace
 from importlib.util import find_spec
 import json
 from pathlib import Path
@@ -15,8 +15,8 @@ from fuzzy_stereo_ros.pairs.frames import Frames
 from fuzzy_stereo_ros.pairs.image_files import read_pair
 from fuzzy_stereo_ros.parameters.options import add_matcher_options, matcher_config
 from fuzzy_stereo_ros.progress import bar
-from fuzzy_stereo_ros.views.evolution import evolution_figure, EvolutionFilm
-from fuzzy_stereo_ros.views.evolution_record import observe_frames, observed_match, Record
+from fuzzy_stereo_ros.views.evolution import (
+    evolution_figure, EvolutionFilm, observe_frames, observe_generations, Record)
 from fuzzy_stereo_ros.views.pictures import check_panel_suffix, write_figure
 from fuzzy_stereo_ros.views.video import check_video
 
@@ -24,11 +24,10 @@ ON_INTERRUPT = 'no file is half written; a video ends with the last generation o
 HELP = 'show how disparities evolve'
 DESCRIPTION = (
     'Match a rectified pair and show the population, generation by generation: the best\n'
-    'chromosome and its possibility, the parents of its genes, the mutated cells, and the best,\n'
-    'mean and worst fitness. The result is the one of the command match.\n\n'
+    'chromosome, its possibility and the parents of its genes, the best, mean and worst fitness,\n'
+    'and by how much each operator raised it. The result is the one of the command match.\n\n'
     'The images of two folders are the frames of a sequence, in the order of their names: it\n'
-    'shows the same frame by frame, of realtime and fast from which parent each gene of a tile\n'
-    'is, and by how much each operator raised the fitness.')
+    'shows the same frame by frame.')
 EXAMPLE = (
     'examples:\n'
     '  fuzzy-stereo evolve left.png right.png --disparities 60 --profile paper \\\n'
@@ -79,11 +78,11 @@ def run(arguments, stream, progress_stream=None):
         frame.read() for frame in pairs[0])
     truth, mask = _truth_and_mask(arguments, left.shape[:2])
     StereoMatcher(config).warm_up(*left.shape[:2])
-    record, match = Record(config, truth, mask, len(pairs or ()), arguments.profile), None
+    record = Record(config, truth, mask, len(pairs or ()), arguments.profile)
     film = EvolutionFilm(outputs['video'], record) if 'video' in outputs else None
     try:
         with bar(progress_stream or sys.stderr, total=record.count + (pairs is None),
-                 desc='generations' if pairs is None else 'frames') as shown:
+                 desc=f'{record.step}s') as shown:
             def observe(snapshot):
                 record.add(snapshot)
                 if film is not None:
@@ -91,20 +90,25 @@ def run(arguments, stream, progress_stream=None):
                 shown.update()
 
             if pairs is None:
-                match = observed_match(config, left, right, observe)
+                match = observe_generations(config, left, right, observe)
+                for row, generation in zip(record.rows[1:], match.history):
+                    row.update(diversity=generation.diversity, gains=generation.gains,
+                               milliseconds=generation.milliseconds)
             else:
                 observe_frames(config, ([one.read() for one in pair] for pair in pairs), observe)
     finally:
         if film is not None:
             film.close()
     if 'picture' in outputs:
-        write_figure(outputs['picture'], evolution_figure(record, match))
-    figures = {**{name: str(path) for name, path in outputs.items()},
-               'profile': arguments.profile,
-               **(_figures(record, match, left.shape) if match else _figures_of_frames(record))}
+        write_figure(outputs['picture'], evolution_figure(record))
+    figures = {
+        **{name: str(path) for name, path in outputs.items()}, 'profile': arguments.profile,
+        'rows': left.shape[0], 'columns': left.shape[1],
+        **{name: getattr(config, name) for name in (
+            'disparities', 'min_disparity', 'reference', 'population', 'generations')},
+        f'{record.step}s': record.rows}
     lines = json.dumps(for_json(figures), indent=2).splitlines() if arguments.json else [
-        *(_sentences(figures, record) if match else _sentences_of_frames(figures)),
-        *(f'{path}: written' for path in outputs.values())]
+        *_sentences(figures, record), *(f'{path}: written' for path in outputs.values())]
     print('\n'.join(lines), file=stream)
 
 
@@ -117,63 +121,23 @@ def _truth_and_mask(arguments, shape):
     return truth, mask
 
 
-def _figures(record, match, shape):
-    """Return the figures of generations for JSON; shape: of the images."""
-    config = record.config
-    return {
-        'rows': shape[0], 'columns': shape[1],
-        **{name: getattr(config, name) for name in (
-            'disparities', 'min_disparity', 'reference', 'population', 'generations')},
-        'initial': record.rows[0]._asdict(),
-        'history': [{**row._asdict(), 'diversity': generation.diversity,
-                     'milliseconds': generation.milliseconds, 'gains': generation.gains}
-                    for row, generation in zip(record.rows[1:], match.history)],
-        'ground_truth': None if record.truth is None else asdict(
-            score(match.disparity, record.truth, record.mask)),
-    }
-
-
-def _figures_of_frames(record):
-    """Return the figures of frames for JSON."""
-    return {'frames': [
-        {'frame': row.number, 'warm': row.warm, 'fitness': row.best_fitness, 'gains': row.gains,
-         'bad_1': row.bad_1, 'evolved': row.changed, 'origins': row.origins}
-        for row in record.rows]}
-
-
 def _sentences(figures, record):
-    """Return the figures of some generations and of the result as lines of text."""
-    config = record.config
-    lines = [f"{figures['columns']}x{figures['rows']} pixels of the {config.reference} image, "
-             f"profile {figures['profile']}, population {config.population}",
-             f"{'generation':>10} {'best':>11} {'mean':>11} {'worst':>11}"
-             + ('' if record.truth is None else '  off by more than 1 px [%]')]
-    shown = {snapshot.number for snapshot in record.shown()}
-    for number, best, mean, worst, wrong, *_ in record.rows:
-        if number in shown:
-            lines.append(f'{number:10} {best:11.5g} {mean:11.5g} {worst:11.5g}'
-                         + ('' if wrong is None else f' {wrong:26.2f}'))
-    found = figures['ground_truth']
-    if found is not None:
-        lines.append(f"result: {found['density']:.1f} % of {found['pixels']} pixels with ground "
-                     f"truth have a disparity, {found['bad_dense'][1.0]:.2f} % of all are off by "
-                     'more than 1 px or have none')
-    if config.algorithm == 'realtime' and not any(
-            any(row['gains'].values()) for row in figures['history']):
+    """Return the figures of all steps as lines of text."""
+    lines = ['{columns}x{rows} pixels of the {reference} image, profile {profile}, population '
+             '{population}'.format(**figures),
+             f"{record.step:>10} {'best':>11} {'mean':>11} {'worst':>11}"
+             + '  off by more than 1 px [%]' * (record.truth is not None)
+             + '  gains, and origin of genes']
+    for row in record.rows:
+        told = [*(f'{name} {gain:.3g}' for name, gain in row.get('gains', {}).items() if gain),
+                *(f'{word} {100 * share:.1f} %' for word, share in row['origins'].items())]
+        lines.append(' '.join([
+            f"{row['number']:10}", *(f"{row[f'{name}_fitness']:11.5g}" for name in (
+                'best', 'mean', 'worst')),
+            *([] if record.truth is None else [f"{row['bad_1']:26.2f}"]),
+            f" {', '.join(told)}"]).rstrip())
+    if record.config.algorithm == 'realtime' and not record.frames and not any(
+            any(row.get('gains', {}).values()) for row in record.rows):
         lines.append('nothing evolved: no plane of a plain region is fitter; two folders of '
                      'frames show what evolves from frame to frame')
-    return lines
-
-
-def _sentences_of_frames(figures):
-    """Return the figures of frames as lines of text."""
-    lines = [f"{'frame':>5} {'warm':>5} {'evolved [%]':>11}  gains, and parents of genes"]
-    for frame in figures['frames']:
-        gained = ', '.join([
-            *(f'{name} {gain:.3g}' for name, gain in frame['gains'].items() if gain),
-            *(f'{word} {100 * share:.1f} %' for word, share in (frame['origins'] or {}).items())])
-        wrong = frame['bad_1']
-        lines.append(f"{frame['frame']:5} {'yes' if frame['warm'] else 'no':>5} "
-                     f"{100 * frame['evolved']:11.1f}  {gained or 'nothing'}"
-                     + ('' if wrong is None else f'; off by more than 1 px: {wrong:.2f} %'))
     return lines

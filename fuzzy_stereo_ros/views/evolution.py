@@ -1,22 +1,35 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-The figure of an evolution and its film; both need matplotlib.
+The record of an evolution, its figure and its film: of generations or of frames, its steps.
 
-The first row has the images and the curves. A row for each of some generations or frames follows:
-the best chromosome, its possibility, the origin of its genes, the changed cells (as Figures 4 and
-5 of the paper, with more generations). The film has one such row.
+Matching does not depend on it. The first row of the figure has the image and the curves. A row
+for each of some steps follows: the best chromosome, its possibility, and the origin of its genes
+(as Figures 4 and 5 of the paper, with more generations). The film has one such row. Both need
+matplotlib.
 """
-from fuzzy_stereo_ros.evaluation.scores import ERROR_LIMIT, error_map
-from fuzzy_stereo_ros.views.evolution_record import FIRST, MUTATED, SECOND
+from dataclasses import replace
+from typing import NamedTuple
+
+from fuzzy_stereo_ros.evaluation.scores import ERROR_LIMIT, error_map, score
+from fuzzy_stereo_ros.matching import StereoMatcher
 from fuzzy_stereo_ros.views.pictures import as_rgb, show_map
 from fuzzy_stereo_ros.views.video import VideoFile
 import numpy as np
 
+FIRST, SECOND, MUTATED = range(3)       # the origin of a gene
+ORIGINS = {
+    'paper': {FIRST: 'first parent', SECOND: 'second parent', MUTATED: 'mutation'},
+    'realtime': {FIRST: 'kept', MUTATED: 'planes of plain regions'},
+    'quality': {FIRST: 'kept', MUTATED: 'planes of segments and tiles'},
+    'frames of realtime': {
+        FIRST: 'previous best', SECOND: 'half-size map', MUTATED: 'mutated by one'},
+    'frames': {FIRST: 'kept', MUTATED: 'new'}}
 ORIGIN_COLOURS = {FIRST: '#3b6fb6', SECOND: '#f2a93b', MUTATED: '#d62768'}
 CURVE_COLOURS = {'best': '#1a7f37', 'mean': '#555555', 'worst': '#b35900', 'wrong': '#b3261e'}
 NOTHING, UNCOUNTED = '#ffffff', '#8a8a8a'   # no parents yet; no ground truth
-TRUTH_TITLE = 'ground truth; hatched is unknown'
+SHOWN = 5           # most steps in a figure
+LANDMARKS = '1', '2', '5'       # steps 1, 2, 5, 10, 20, ... may be shown
 WIDTH = 3.4         # inches of a panel with its margins
 HEIGHTS = 1.4, 6.0  # least and most inches of a panel
 PANEL_SPACE = 0.5   # inches above and below a panel
@@ -25,30 +38,168 @@ DOTS = 100, 200     # least and most dots per inch; between them a dot is a pixe
 FAR_OFF = 1e6       # px, an error that has the brightest colour
 LIMITS = -4, 4      # powers of ten of the fitness beyond which its axis has a factor
 BRIGHTEST = 95      # percentile of possibilities
-FEW = 12            # generations or frames up to which curves have markers
+FEW = 12            # steps up to which curves have markers
 DURATION = 10       # seconds of a film
-RATES = 1, 10       # least and most generations or frames per second
+RATES = 1, 10       # least and most steps per second
 STAY = 2            # seconds for which the last picture stays
 
 
-def evolution_figure(record, match=None):
-    """Return the Figure of a Record; match: the result of its generations, None of frames."""
-    layout = _Layout(record, record.shown(), None if match is None else match.disparity)
-    layout.draw_curves()
-    return layout.figure
+class Snapshot(NamedTuple):
+    """
+    A generation, of which 0 is the initial population, or a frame, from 1.
+
+    image: the reference image, of which all maps are. best: float32 (R, C), px, the fittest
+    chromosome, of a frame the result. possibility: float32 (R, C), 0 to 1, of the chromosome.
+    fitness: float64 (P,), of all chromosomes, higher is fitter.
+    origin: uint8 (R, C), of the genes of a chromosome: of `paper` of the fittest child, of frames
+    of `realtime` and `fast` of the selected genes of tiles, else MUTATED where the best one was
+    another in the step before. None for the first step without parents.
+    match: of a frame, else None.
+    """
+
+    number: int
+    image: np.ndarray
+    best: np.ndarray
+    possibility: np.ndarray
+    fitness: np.ndarray
+    origin: np.ndarray | None
+    match: object = None
+
+
+def observe_generations(config, left, right, observe):
+    """
+    Match a pair cold and return its Match, which observing does not change.
+
+    config: MatcherConfig; its deadline is ignored, as observing takes time.
+    left, right: images of StereoMatcher.match. observe(snapshot): called with the Snapshot of the
+    initial population and of each generation. Raises ValueError as StereoMatcher.match does.
+    """
+    config, former = replace(config, deadline_ms=0.0), None
+
+    def take(number, population):
+        nonlocal former
+        evolved, origin = matcher.algorithm.population, None
+        if former is not None:
+            origin = origin_of_fittest_child(
+                former, population, evolved.fitness, evolved.lineage
+            ) if config.algorithm == 'paper' else _changed(population[0], former[0])
+        observe(_snapshot(matcher, number, (left, right), population[evolved.best], origin))
+        former = population.copy()
+
+    matcher = StereoMatcher(replace(config, generations=0))
+    matcher.match(left, right)
+    take(0, matcher.algorithm.population.genes)
+    matcher = StereoMatcher(config)
+    return matcher.match(left, right, observe=take)
+
+
+def observe_frames(config, pairs, observe):
+    """Match pairs of images one after the other; observe(snapshot): called with each frame's."""
+    matcher, before = StereoMatcher(config), None
+    for number, images in enumerate(pairs, 1):
+        match = matcher.match(*images)
+        algorithm, origin = matcher.algorithm, None
+        best = algorithm.population.genes[algorithm.population.best].copy()
+        if config.algorithm == 'realtime':
+            # Generation.origin_of_genes counts from mutation to the previous best.
+            origin = MUTATED - algorithm.origin_of_genes()
+        elif before is not None and before.shape == best.shape:
+            origin = _changed(best, before)
+        observe(_snapshot(matcher, number, images, best, origin)._replace(
+            best=match.disparity, match=match))
+        before = best
+
+
+def _changed(best, before):
+    return np.where(best != before, MUTATED, FIRST).astype(np.uint8)
+
+
+def origin_of_fittest_child(former, population, fitness, lineage):
+    """
+    Return the origin, uint8 (R, C), of the genes of the fittest child of the paper's algorithm.
+
+    Genes of both parents count as FIRST, as do all without children.
+    former, population: (P, R, C) of two generations. fitness: float64 (P,) of the newer one.
+    lineage: its Lineage.
+    """
+    if not lineage.children.size:
+        return np.full(population.shape[1:], FIRST, np.uint8)
+    place = fitness[lineage.children].argmax()
+    first, second = (population[lineage.children[place]] == former[parent]
+                     for parent in lineage.parents[place])
+    return np.where(first, FIRST, np.where(second, SECOND, MUTATED)).astype(np.uint8)
+
+
+def _snapshot(matcher, number, images, best, origin):
+    """Return the Snapshot of a matcher; best: genes of the fittest chromosome, (R, C)."""
+    config, algorithm = matcher.config, matcher.algorithm
+    mirrored = config.reference == 'right'      # the search then is
+    best, possibility, origin = (
+        one if one is None else np.ascontiguousarray(one[:, ::-1 if mirrored else 1]) for one in (
+            best + np.float32(config.min_disparity), algorithm.possibility_of(best), origin))
+    return Snapshot(number, images[mirrored], best, possibility,
+                    algorithm.population.fitness.copy(), origin)
+
+
+class Record:
+    """
+    The record of an evolution: figures of all steps, Snapshots of some.
+
+    config: its MatcherConfig. truth, mask: arguments of `scores.score`, or None. frames: their
+    number, 0 if it is one of generations. profile: its name, for titles; None = that of the
+    algorithm. rows: the figures of each step so far, {name: value}; bad_1: percentage off by more
+    than 1 px, None without a truth; origins: {word: share of the genes}, {} without an origin.
+    """
+
+    def __init__(self, config, truth=None, mask=None, frames=0, profile=None):
+        """Start without generations and frames."""
+        self.config, self.truth, self.mask, self.frames = config, truth, mask, frames
+        self.profile = profile or config.algorithm
+        self.rows, self._kept, self._last = [], {}, None
+        self.step, self.count = ('frame', frames) if frames else (
+            'generation', config.generations)
+        self.words = ORIGINS[config.algorithm if not frames else 'frames of realtime'
+                             if config.algorithm == 'realtime' else 'frames']
+
+    def add(self, snapshot):
+        """Add the Snapshot of the next step."""
+        fitness, match = snapshot.fitness, snapshot.match
+        self.rows.append({
+            'number': snapshot.number, 'best_fitness': float(fitness.max()),
+            'mean_fitness': float(fitness.mean()), 'worst_fitness': float(fitness.min()),
+            'bad_1': None if self.truth is None else score(
+                snapshot.best, self.truth, self.mask).bad_dense[1.0],
+            'origins': {} if snapshot.origin is None else {
+                word: float(np.mean(snapshot.origin == code))
+                for code, word in self.words.items()},
+            **({} if match is None else {'warm': match.warm, 'gains': match.gains})})
+        self._last = snapshot
+        if snapshot.number < SHOWN or str(snapshot.number).rstrip('0') in LANDMARKS:
+            self._kept[snapshot.number] = snapshot
+
+    def shown(self):
+        """Return up to SHOWN Snapshots: the first two, the last, two between by equal factors."""
+        last = self._last.number
+        kept = {**self._kept, last: self._last}
+        if len(kept) > SHOWN:
+            between = [min(self._kept, key=lambda number: abs(np.log(
+                max(number, 1) / last**share))) for share in (1 / 3, 2 / 3)]
+            kept = {number: kept[number] for number in sorted({*list(kept)[:2], *between, last})}
+        return list(kept.values())
+
+
+def evolution_figure(record):
+    """Return the Figure of a Record."""
+    return _Layout(record, record.shown()).figure
 
 
 class EvolutionFilm(VideoFile):
-    """
-    A video with a picture for each generation or frame, drawn one by one.
-
-    rate: of these, per second. figure: of the pictures.
-    """
+    """A video with a picture for each step, drawn one by one; rate: of these, per second."""
 
     def __init__(self, path, record):
         """Prepare for a Record without Snapshots; raises ValueError as VideoFile does."""
         super().__init__(path, min(max(round(record.count / DURATION), RATES[0]), RATES[1]))
-        self._record, self._layout, self.figure, self._last = record, None, None, None
+        self._record, self._layout, self._last = record, None, None
 
     def add(self, snapshot):
         """Append the picture of the Snapshot that was added to the Record last."""
@@ -58,119 +209,100 @@ class EvolutionFilm(VideoFile):
     def picture(self, snapshot):
         """Return the picture of the Snapshot that was added last: uint8 (R, C, 3) BGR."""
         if self._layout is None:
-            self._layout = _Layout(self._record, [snapshot], dots=DOTS[0])
-            self.figure = self._layout.figure
-        self._layout.draw(0, snapshot)
-        self._layout.draw_curves()
-        canvas = self.figure.canvas
-        canvas.draw()
-        self.figure.set_layout_engine('none')   # panels keep their places in the next pictures
-        return np.ascontiguousarray(np.asarray(canvas.buffer_rgba())[:, :, 2::-1])
+            self._layout = _Layout(self._record, [snapshot], DOTS[0])
+        else:
+            self._layout.draw([snapshot])
+        figure = self._layout.figure
+        figure.canvas.draw()
+        figure.set_layout_engine('none')    # panels keep their places in the next pictures
+        return np.ascontiguousarray(np.asarray(figure.canvas.buffer_rgba())[:, :, 2::-1])
 
     def close(self):
         """Repeat the last picture for STAY seconds and finish the file; see VideoFile.close."""
-        if self._last is not None:
-            for _ in range(self.rate * STAY):
-                self.write(self._last)
+        for _ in range(self.rate * STAY if self._last is not None else 0):
+            self.write(self._last)
         super().close()
 
 
 class _Layout:
-    """A grid of panels and curves; figure: the Figure."""
+    """The panels and curves of a Record; figure: the Figure."""
 
-    def __init__(self, record, snapshots, result=None, dots=None):
-        """
-        Draw the images, and a row of panels for each Snapshot.
-
-        result: float (R, C), px, of the match, or None. dots: per inch.
-        """
+    def __init__(self, record, snapshots, dots=None):
+        """Draw the Snapshots; dots: per inch, None = so that a dot is a pixel."""
         from matplotlib.backends.backend_agg import FigureCanvasAgg
+        from matplotlib.cm import ScalarMappable
         from matplotlib.figure import Figure
 
-        self._record, self._config, self._drawn = record, record.config, {}
-        above, image = {'image': None}, snapshots[0].image
-        if record.truth is not None:
-            above['truth'] = record.truth, TRUTH_TITLE
-        if result is not None:
-            refined = '' if self._config.algorithm == 'paper' else ', refined'
-            invalid = '; hatched is invalid' if np.isnan(result).any() else ''
-            above['result'] = result, f'result{refined}{invalid}'
-        curves = ['fitness', *['genes'] * bool(record.frames),
-                  *['wrong'] * (record.truth is not None)]
-        names, self._rows = list(panels_of(snapshots[-1], record)), len(snapshots)
-        across = max(len(names), len(above) + len(curves))
-        free = across - len(above) - len(curves)
-        mosaic = [[*above, *curves[:1] * free, *curves]] + [
-            [f'{name} {row}' for name in names] + ['.'] * (across - len(names))
-            for row in range(self._rows)]
-        rows, columns = image.shape[:2]
+        self._record = record
+        truth = record.truth is not None
+        above = ['image', *['truth'] * truth, 'fitness', 'genes', *['wrong'] * truth]
+        names = ['best', *['error'] * truth, 'possibility', 'origin']
+        across = max(len(names), len(above))
+        rows, columns = snapshots[0].best.shape
         height = min(max(WIDTH * rows / columns, HEIGHTS[0]), HEIGHTS[1])
         self.figure = Figure(
-            figsize=(across * WIDTH, (self._rows + 1) * (height + PANEL_SPACE) + BELOW),
+            figsize=(across * WIDTH, (len(snapshots) + 1) * (height + PANEL_SPACE) + BELOW),
             layout='constrained', dpi=dots or min(max(columns / WIDTH, DOTS[0]), DOTS[1]))
         self.figure.get_layout_engine().set(h_pad=0.08, w_pad=0.06)
         FigureCanvasAgg(self.figure)
-        self._places = self.figure.subplot_mosaic(mosaic)
-        place = self._places['image']
-        self._image = show_map(place, as_rgb(image), '')
-        place.set_anchor('N')       # aligns the titles of a row
-        place.set_title(f'{self._config.reference} image, the reference', size='small')
-        for name, (values, title) in list(above.items())[1:]:
-            self._show(name, 'best', values, title)     # the bar of the chromosomes explains it
-        self._brightest = brightest(snapshot.possibility for snapshot in snapshots)
+        self._places = self.figure.subplot_mosaic([
+            above + ['.'] * (across - len(above)),
+            *([f'{name} {row}' for name in names] + ['.'] * (across - len(names))
+              for row in range(len(snapshots)))])
+        self._scales = _scales(record, max(float(np.percentile(one.possibility, BRIGHTEST))
+                                           for one in snapshots))
+        self.draw(snapshots)
+        for name in names:
+            unit = {'best': 'px', 'error': 'error in px; grey does not count'}.get(name, '')
+            bar = self.figure.colorbar(
+                ScalarMappable(self._scales[name]['norm'], self._scales[name]['cmap']),
+                ax=[self._places[f'{name} {row}'] for row in range(len(snapshots))],
+                location='bottom', aspect=30, pad=0.02,
+                extend='max' if name in ('error', 'possibility') else 'neither')
+            bar.set_label(unit, size='small')
+            bar.ax.tick_params(labelsize='small')
+            if name == 'origin':
+                bar.set_ticks([*record.words], labels=record.words.values())
+
+    def draw(self, snapshots):
+        """Draw Snapshots, one into each row, and the curves of the Record."""
+        record, config = self._record, self._record.config
+        self._show('image', f'{config.reference} image, the reference',
+                   as_rgb(snapshots[0].image))
+        if record.truth is not None:
+            self._show('truth', 'ground truth; hatched is unknown', record.truth,
+                       **self._scales['best'])
         for row, snapshot in enumerate(snapshots):
-            self.draw(row, snapshot)
-
-    def draw(self, row, snapshot):
-        """Draw the panels of a Snapshot into a row; the last row gets the legends."""
-        self._brightest = max(self._brightest, brightest([snapshot.possibility]))
-        self._image.set_data(as_rgb(snapshot.image))
-        for name, (values, title) in panels_of(snapshot, self._record).items():
-            key = f'{name} {row}'
-            place = self._places[key]
-            if key in self._drawn:
-                self._drawn[key].set_data(np.ma.masked_invalid(values))
-                place.set_title(title, size='small')
-            else:
-                self._drawn[key] = self._show(key, name, values, title)
-                if row == self._rows - 1:
-                    self._explain(name, self._drawn[key])
-            if name == 'possibility':
-                self._drawn[key].set_clim(0, self._brightest)
-            for part in (place.patch, *place.spines.values()):
-                part.set_visible(bool(np.isfinite(values).any()))
-
-    def draw_curves(self):
-        """Draw the curves of fitness, of genes of frames and, with a truth, of the error."""
-        record, config = self._record, self._config
+            for name, (title, values) in panels_of(snapshot, record).items():
+                place = self._show(f'{name} {row}', title, values, **self._scales[name])
+                background = {'origin': NOTHING, 'error': UNCOUNTED}.get(name)
+                if background:
+                    place.patch.set(facecolor=background, hatch=None)
         scale = '1 is perfect' if config.algorithm != 'paper' else (
             'Eq. 3 as printed' if config.reading == 'literal' else f'{config.reading} reading')
-        place = self._draw_curves_of('fitness', f'fitness ({scale})', {
-            name: (CURVE_COLOURS[name], [getattr(row, f'{name}_fitness') for row in record.rows])
+        place = self._curves('fitness', f'fitness ({scale})', {name: (
+            CURVE_COLOURS[name], [row[f'{name}_fitness'] for row in record.rows])
             for name in ('best', 'mean', 'worst')})
         place.ticklabel_format(axis='y', scilimits=LIMITS)
-        place.legend(fontsize='small', loc='lower right')
-        if record.frames:
-            genes = {
-                word: (ORIGIN_COLOURS[code], [100 * row.origins[word] for row in record.rows])
-                for code, word in record.words.items()} or {'new genes of the best': (
-                    ORIGIN_COLOURS[MUTATED], [100 * row.changed for row in record.rows])}
-            self._draw_curves_of('genes', 'genes [%]', genes).legend(fontsize='small')
+        self._curves('genes', 'origin of genes [%]', {word: (ORIGIN_COLOURS[code], [
+            100 * row['origins'].get(word, np.nan) for row in record.rows])
+            for code, word in record.words.items()})
         if record.truth is not None:
-            place = self._draw_curves_of('wrong', 'best: off by more than 1 px [%]', {
-                'wrong': (CURVE_COLOURS['wrong'], [row.bad_1 for row in record.rows])})
-            place.set_ylim(0, max(1.1 * max(row.bad_1 for row in record.rows), 1))
-        lowest, number = config.min_disparity, record.rows[-1].number
+            wrong = [row['bad_1'] for row in record.rows]
+            place = self._curves('wrong', 'best: off by more than 1 px [%]', {
+                'best': (CURVE_COLOURS['wrong'], wrong)})
+            place.set_ylim(0, max(1.1 * max(wrong), 1))
         # The evolution of `realtime` may converge earlier.
         most = 'at most ' * (config.algorithm == 'realtime' and not record.frames)
+        lowest = config.min_disparity
         self.figure.suptitle(
-            f"{'frame' if record.frames else 'generation'} {number} of {most}{record.count}, "
-            f'profile {record.profile}, population {config.population}, disparities {lowest} '
-            f'to {lowest + config.disparities - 1} px')
+            f"{record.step} {record.rows[-1]['number']} of {most}{record.count}, profile "
+            f'{record.profile}, population {config.population}, disparities {lowest} to '
+            f'{lowest + config.disparities - 1} px')
 
-    def _draw_curves_of(self, name, title, lines):
+    def _curves(self, name, title, lines):
         """Draw lines, {label: (colour, values)}, into the place of a name; return its Axes."""
-        place, numbers = self._places[name], [row.number for row in self._record.rows]
+        place, numbers = self._places[name], [row['number'] for row in self._record.rows]
         place.clear()
         for label, (colour, values) in lines.items():
             place.plot(numbers, values, marker='o' if len(numbers) < FEW else None, markersize=4,
@@ -178,106 +310,48 @@ class _Layout:
         place.set_title(title, size='small')
         place.xaxis.get_major_locator().set_params(integer=True, min_n_ticks=1)
         place.tick_params(labelsize='small')
-        place.set_xlabel('frame' if self._record.frames else 'generation', size='small')
+        place.set_xlabel(self._record.step, size='small')
         place.set_xlim(numbers[0] - 0.5, self._record.count + 0.5)
         place.grid(alpha=0.3)
+        place.legend(fontsize='small')
         return place
 
-    def _show(self, place, name, values, title):
-        """Draw a map in the colours of a panel; return its AxesImage."""
-        drawn = show_map(self._places[place], values, '', bar=False,
-                         **_colours(name, self._record))
-        drawn.axes.set_title(title, size='small')
-        drawn.axes.set_anchor('N')
-        background = {'origin': NOTHING, 'changed': NOTHING, 'error': UNCOUNTED}.get(name)
-        if background:
-            drawn.axes.patch.set(facecolor=background, hatch=None)
-        return drawn
-
-    def _explain(self, name, drawn):
-        """Add a bar of colours below the panels of a name, of origins with words."""
-        places = [self._places[f'{name} {row}'] for row in range(self._rows)]
-        below = {'ax': places, 'location': 'bottom', 'aspect': 30, 'pad': 0.02}
-        if name == 'origin':
-            from matplotlib.cm import ScalarMappable
-            from matplotlib.colors import ListedColormap, Normalize
-
-            words = self._record.words
-            colours = ListedColormap([ORIGIN_COLOURS[code] for code in words])
-            bar = self.figure.colorbar(
-                ScalarMappable(Normalize(-0.5, len(words) - 0.5), colours), **below)
-            bar.set_ticks(range(len(words)), labels=words.values())
-            bar.ax.tick_params(labelsize='small', length=0)
-            return
-        of_children = self._config.algorithm == 'paper' and not self._record.frames
-        unit = {'best': 'px', 'changed': '% of the children' * of_children,
-                'error': 'error in px; grey does not count'}.get(name, '')
-        exceeded = name in ('error', 'possibility') or (name == 'changed' and of_children)
-        bar = self.figure.colorbar(drawn, extend='max' if exceeded else 'neither', **below)
-        bar.set_label(unit, size='small')
-        bar.ax.tick_params(labelsize='small')
-
-
-def brightest(maps):
-    """Return the possibility that has the brightest colour: nearly the largest of maps."""
-    return max(*(float(np.ceil(20 * np.percentile(one, BRIGHTEST)) / 20) for one in maps), 0.05)
+    def _show(self, name, title, values, **colours):
+        """Draw an image, or a map in colours, into the place of a name; return its Axes."""
+        place = self._places[name]
+        place.clear()
+        show_map(place, values, '', bar=False, **colours)
+        place.set_title(title, size='small')
+        place.set_anchor('N')       # aligns the titles of a row
+        return place
 
 
 def panels_of(snapshot, record):
-    """
-    Return the panels of a Snapshot of a Record, {name: (values, title)}.
-
-    values: float (R, C), NaN = nothing to show.
-    """
-    nothing = np.full(snapshot.best.shape, np.nan)
-    of_frames, paper = bool(record.frames), record.config.algorithm == 'paper'
-    title = f'frame {snapshot.number}: disparity' if of_frames else (
-        f'generation {snapshot.number}' if snapshot.number else 'initial population'
-    ) + ': best chromosome'
-    panels = {'best': (snapshot.best, title)}
+    """Return the panels of a Snapshot of a Record, {name: (title, float (R, C), NaN = none)}."""
+    panels = {'best': (f'{record.step} {snapshot.number}: best chromosome', snapshot.best)}
     if record.truth is not None:
         counted = True if record.mask is None else record.mask
-        wrong, = (row.bad_1 for row in record.rows if row.number == snapshot.number)
+        wrong, = (row['bad_1'] for row in record.rows if row['number'] == snapshot.number)
         found = np.nan_to_num(snapshot.best, nan=-FAR_OFF)     # no disparity counts as wrong
-        panels['error'] = (np.where(counted, error_map(found, record.truth), np.nan),
-                           f'{wrong:.2f} % off by more than 1 px')
-    title = 'possibility of the best' if of_frames else 'its possibility'
-    panels['possibility'] = (snapshot.possibility,
-                             f'{title}, mean {snapshot.possibility.mean():.4f}')
-    if record.words:
-        title = 'parents of genes' if of_frames else (
-            'parents of the fittest child, ' + (
-                'the new best' if snapshot.is_best else 'not the best'))
-        if snapshot.origin is None:
-            title = 'no parents yet'
-        elif not (of_frames or paper):
-            title = f'its genes, {100 * np.mean(snapshot.origin == MUTATED):.2f} % new'
-        panels['origin'] = nothing if snapshot.origin is None else snapshot.origin, title
-    if record.changes(record.count):
-        panels['changed'] = (
-            100 * snapshot.changed, 'new genes of the best' if of_frames else 'changed by mutation'
-        ) if record.changes(snapshot.number) else (nothing, 'no mutation yet')
+        panels['error'] = (f'{wrong:.2f} % off by more than 1 px',
+                           np.where(counted, error_map(found, record.truth), np.nan))
+    panels['possibility'] = (f'its possibility, mean {snapshot.possibility.mean():.4f}',
+                             snapshot.possibility)
+    panels['origin'] = ('no parents yet', np.full(snapshot.best.shape, np.nan)
+                        ) if snapshot.origin is None else (
+        'genes of the fittest child' if record.words is ORIGINS['paper'] else
+        f'genes, {100 * np.mean(snapshot.origin == MUTATED):.2f} % new', snapshot.origin)
     return panels
 
 
-def _colours(name, record):
-    """Return the colour keywords of `show_map` for the panels of a name."""
-    config = record.config
-    if name == 'best':
-        lowest = config.min_disparity
-        return {'cmap': 'turbo', 'vmin': lowest,
-                'vmax': lowest + max(config.disparities - 1, 1)}
-    if name == 'error':
-        return {'cmap': 'magma', 'vmin': 0, 'vmax': ERROR_LIMIT}
-    if name == 'possibility':
-        return {'cmap': 'viridis'}
-    if name == 'changed':
-        # Patches of the paper fall anywhere: few cells change in half of the children that mutate.
-        few = config.algorithm == 'paper' and not record.frames
-        top = max(50 * config.mutation_rate, 1) if few else 100
-        return {'cmap': 'magma', 'vmin': 0, 'vmax': top}
-    from matplotlib.colors import ListedColormap
+def _scales(record, brightest):
+    """Return the colour keywords of `show_map` by panel; brightest: a possibility."""
+    from matplotlib.colors import ListedColormap, Normalize
 
-    colours = [ORIGIN_COLOURS[code] for code in sorted(ORIGIN_COLOURS)]
-    return {'cmap': ListedColormap(colours), 'vmin': -0.5, 'vmax': len(colours) - 0.5,
-            'interpolation': 'nearest'}
+    lowest = record.config.min_disparity
+    highest = lowest + max(record.config.disparities - 1, 1)
+    return {name: {'cmap': cmap, 'norm': Normalize(*ends), 'interpolation': 'nearest'}
+            for name, cmap, ends in (
+        ('best', 'turbo', (lowest, highest)), ('error', 'magma', (0, ERROR_LIMIT)),
+        ('possibility', 'viridis', (0, max(brightest, 0.05))),
+        ('origin', ListedColormap([*ORIGIN_COLOURS.values()]), (-0.5, len(ORIGIN_COLOURS) - 0.5)))}

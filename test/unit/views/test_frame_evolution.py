@@ -8,8 +8,8 @@ from fuzzy_stereo_ros.commands.command_line import main
 from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
 from fuzzy_stereo_ros.pairs.image_files import write_image
 from fuzzy_stereo_ros.synthetic.scenes import make_pair
-from fuzzy_stereo_ros.views.evolution import evolution_figure, RATES, STAY
-from fuzzy_stereo_ros.views.evolution_record import FIRST, MUTATED, observe_frames, Record
+from fuzzy_stereo_ros.views.evolution import (
+    evolution_figure, FIRST, MUTATED, observe_frames, RATES, Record, STAY)
 import numpy as np
 import pytest
 
@@ -41,9 +41,9 @@ def test_observing_a_sequence_changes_nothing_and_reports_the_warm_start():
     for frame, row, pair in zip(frames, record.rows, pairs):
         match = matcher.match(*pair)
         np.testing.assert_array_equal(frame.best, match.disparity)
-        assert (row.warm, row.gains) == (match.warm, match.gains)
-    assert [row.warm for row in record.rows] == [False, True, True, True]
-    assert record.rows[-1].bad_1 < 100
+        assert (row['warm'], row['gains']) == (match.warm, match.gains)
+    assert [row['warm'] for row in record.rows] == [False, True, True, True]
+    assert record.rows[-1]['bad_1'] < 100
 
 
 @pytest.mark.parametrize('reference', ['left', 'right'])
@@ -60,13 +60,16 @@ def test_of_paper_it_tells_which_genes_are_new_and_how_possible_the_best_is(refe
         np.testing.assert_array_equal(frame.fitness, population.fitness)
         np.testing.assert_array_equal(
             frame.possibility, matcher.algorithm.possibility_of(best)[upright])
-        np.testing.assert_array_equal(
-            frame.changed[upright], np.ones_like(best) if before is None else best != before)
+        assert (frame.origin is None) is (before is None)
+        if before is not None:
+            np.testing.assert_array_equal(
+                frame.origin[upright], np.where(best != before, MUTATED, FIRST))
         assert frame.image is (PAIR.right if reference == 'right' else PAIR.left)
         before = best
     first, _, last = record.rows
-    assert first.changed == 1 > last.changed > 0
-    assert reference == 'right' or last.bad_1 < first.bad_1     # the truth is of the left image
+    assert first['origins'] == {} and 1 > last['origins']['new'] > 0
+    # The truth is of the left image.
+    assert reference == 'right' or last['bad_1'] < first['bad_1']
 
 
 @pytest.mark.parametrize('profile', ['realtime', 'fast'])
@@ -75,7 +78,7 @@ def test_genes_are_of_the_half_size_map_then_of_the_previous_best_until_a_cut(pr
     pairs = [(PAIR.left, PAIR.right)] * 3 + [(other.left, other.right)]
     config = MatcherConfig.from_profile(profile, disparities=24, threads=1)
     frames, record = watched(config, pairs)
-    first, second, third, cut = (row.origins for row in record.rows)
+    first, second, third, cut = (row['origins'] for row in record.rows)
     for frame, shares in zip(frames, (first, second, third, cut)):
         assert sum(shares.values()) == pytest.approx(1)
         assert shares['previous best'] == np.mean(frame.origin == FIRST)
@@ -99,7 +102,7 @@ def test_two_folders_are_a_sequence_of_frames(folders, tmp_path, capsys, profile
     assert pictures == FRAMES + STAY * RATES[0]
     assert main([*told[:-4], '--json']) == 0
     found = json.loads(capsys.readouterr().out)
-    assert [frame['frame'] for frame in found['frames']] == [1, 2, 3, 4]
+    assert [frame['number'] for frame in found['frames']] == [1, 2, 3, 4]
 
 
 def test_a_figure_names_the_profile_and_not_its_algorithm():
