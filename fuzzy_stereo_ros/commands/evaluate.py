@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """`fuzzy-stereo evaluate`: measure matchers side by side, with ground truth or without."""
 from contextlib import contextmanager
+from dataclasses import replace
 from functools import partial
 from itertools import islice
 import json
@@ -10,11 +11,10 @@ import sys
 
 from fuzzy_stereo_ros.commands.shared_options import checked_outputs, for_json, UNTOUCHED
 from fuzzy_stereo_ros.evaluation.baselines import opencv_threads
-from fuzzy_stereo_ros.evaluation.catalogue import search
+from fuzzy_stereo_ros.evaluation.catalogue import Scene, Search, search
+from fuzzy_stereo_ros.evaluation.ground_truth import MIDDLEBURY, OwnPair
 from fuzzy_stereo_ros.evaluation.matchers import matcher_named, ResultFiles, USUAL
 from fuzzy_stereo_ros.evaluation.measuring import COLUMNS, mean_records, measure, NoSequence
-from fuzzy_stereo_ros.matching.row_offsets import row_offset_in_words
-from fuzzy_stereo_ros.matching.search_range import PAIRS, search_range
 from fuzzy_stereo_ros.pairs.frames import are_pairs, Frames
 from fuzzy_stereo_ros.pairs.image_files import read_image, read_pair, write_whole
 from fuzzy_stereo_ros.pairs.pair_reader import PairReader
@@ -107,8 +107,10 @@ def run(arguments, stream, progress_stream=None):
     """
     outputs = _checked_outputs(arguments)
     with libraries_needed():
-        from fuzzy_stereo_ros.evaluation.page import Gallery
+        from fuzzy_stereo_ros.evaluation.page import Gallery, page_of
+        from fuzzy_stereo_ros.evaluation.report import markdown
         from fuzzy_stereo_ros.evaluation.summary import report_of
+        import pandas as pd
         if 'html' in outputs:
             import jinja2   # noqa: F401  for the page
     for name, value in (
@@ -126,8 +128,7 @@ def run(arguments, stream, progress_stream=None):
     except ValueError as error:
         if arguments.results:
             raise
-        _run_without_truth(arguments, matchers, outputs, stream, _recordings(arguments, error))
-        return
+        found = _own_pairs(arguments, error)
     matchers += _result_files(arguments.results, found, [each.name for each in matchers])
     if not matchers:
         raise ValueError('no matcher is named: give --matcher NAME or --results DIR')
@@ -142,88 +143,45 @@ def run(arguments, stream, progress_stream=None):
                 'without filling; on scenes cold; of OpenCV compute() alone, on grey images, '
                 'tuned ones with the padded columns that give it the left border'}, skipped)
     records = [record for one in (*results, *sequences) for record in one.records] + means
-    _write(arguments, outputs, stream, report, records, COLUMNS,
-           [gallery.shown[name] for name in gallery.ranked()], gallery.order())
-
-
-def _write(arguments, outputs, stream, report, records, columns, *page):
-    """Write a report and its records to files and a stream; page: arguments of `page_of`."""
-    from fuzzy_stereo_ros.evaluation.page import page_of
-    from fuzzy_stereo_ros.evaluation.report import markdown
-    import pandas as pd
-
     in_json = json.dumps(for_json({
         'settings': report.settings, 'left_out': report.skipped, 'records': records}), indent=2)
     written = {'markdown': lambda: markdown(report), 'json': lambda: in_json + '\n',
-               'csv': lambda: pd.DataFrame(records, columns=columns, dtype=object).to_csv(
+               'csv': lambda: pd.DataFrame(records, columns=COLUMNS, dtype=object).to_csv(
                    index=False, lineterminator='\n'),
-               'html': lambda: page_of(report, *page)}
+               'html': lambda: page_of(report, [gallery.shown[name] for name in gallery.ranked()],
+                                       gallery.order())}
     for name, path in outputs.items():
         write_whole(path, written[name]().encode())
     stream.write(in_json + '\n' if arguments.json == STDOUT else markdown(report))
 
 
-def _recordings(arguments, error):
-    """
-    Return the name of all, and {name: function that returns an iterator over its StereoPairs}.
-
-    error: raised if there are no images at all.
-    """
+def _own_pairs(arguments, error):
+    """Return the `Search` of pairs without ground truth; error: raised if there are no images."""
     cameras, reader = CameraOptions.of(arguments), PairReader(arguments.rectify)
 
-    def pair_of(left, right, paths, stamp=0):
-        infos = None, None
-        if arguments.rectify or cameras.given:
-            infos, _ = cameras.cameras(left.shape[:2], 'depth', arguments.rectify, paths)
-        return reader.read_images((left, right), infos, stamp)
+    def pair_of(read, paths):
+        """Return the OwnPair of two images of files or a video; read(): returns them."""
+        def rectified():
+            images, infos = read(), (None, None)
+            if arguments.rectify or cameras.given:
+                infos, _ = cameras.cameras(images[0].shape[:2], 'depth', arguments.rectify, paths)
+            return reader.read_images(images, infos)
+        return OwnPair(rectified)
 
     if are_pairs(arguments.folders) and not arguments.only:
         frames = Frames(arguments.folders)
-        return frames.name, {'': lambda: (
-            pair_of(left.read(), right.read(), frames.paths, stamp)
-            for stamp, left, right in islice(frames.pairs(), arguments.frames))}
+        files = {f'pair {number}': pair_of(
+            lambda pair=pair: tuple(one.read() for one in pair), frames.paths)
+            for number, (_, *pair) in enumerate(islice(frames.pairs(), arguments.frames))}
+        return Search([], [Scene('', frames.name, MIDDLEBURY, None, tuple, files=files)], [])
     try:
         found = search([Path(folder) for folder in arguments.folders], None, arguments.only,
                        with_truth=False)
     except ValueError:
         raise error from None
-
-    def pairs_of(files):
-        yield pair_of(*read_pair(files.left, files.right), (files.left, files.right))
-
-    return ', '.join(arguments.folders), {
-        scene.path: partial(pairs_of, scene.files['']) for scene in found.scenes}
-
-
-def _run_without_truth(arguments, matchers, outputs, stream, recordings):
-    """Measure matchers on what `_recordings` returns, write the files and print the tables."""
-    from fuzzy_stereo_ros.evaluation.report import environment, Report
-    from fuzzy_stereo_ros.evaluation.without_truth import (
-        HEADINGS, measure_without_truth, tables_of)
-
-    (title, recordings), measured, settings = recordings, {}, {}
-    for name, pairs in recordings.items():
-        disparities = arguments.searched
-        if disparities is None:
-            first, count = search_range(
-                [(pair.left, pair.right) for pair in islice(pairs(), PAIRS)], arguments.threads)
-            disparities = first + count
-        with opencv_threads(arguments.threads):
-            own = measured[name] = measure_without_truth(
-                pairs, matchers, disparities, arguments.repeats, name)
-        settings[f'{name} frames'.strip()] = f'{len(own.pairs)}, {disparities} disparities ' + (
-            'found in the first pairs' if arguments.searched is None else 'given')
-        settings[f'{name} row offset'.strip()] = row_offset_in_words(own.misalignment)
-    report = Report(
-        'evaluate', f'Evaluation of {title}',
-        {**environment(f'{arguments.threads} each'), **settings}, tables_of(measured),
-        [f'{name}: {hint}' if name else hint for name, own in measured.items()
-         for hint in own.hints])
-    columns = ('scene', 'matcher', *HEADINGS[1:])[len(measured) == 1:]
-    records = [dict(zip(columns, (name, *row)[len(measured) == 1:]))
-               for name, own in measured.items() for row in own.rows]
-    _write(arguments, outputs, stream, report, records, columns,
-           [pair for own in measured.values() for pair in own.pairs])
+    paths = [(scene, scene.files[''].left, scene.files[''].right) for scene in found.scenes]
+    return found._replace(scenes=[replace(scene, files={
+        '': pair_of(partial(read_pair, *both), both)}) for scene, *both in paths])
 
 
 def _measure_all(arguments, found, matchers, show, progress):
@@ -234,7 +192,7 @@ def _measure_all(arguments, found, matchers, show, progress):
                    for scene in progress(found.scenes, 'scenes')]
         for sequence in progress(found.sequences, 'sequences'):
             try:
-                sequences.append(measure(sequence, matchers, *options))
+                sequences.append(measure(sequence, matchers, *options, show))
             except NoSequence as error:
                 skipped.append(str(error))
     if not results and not sequences:

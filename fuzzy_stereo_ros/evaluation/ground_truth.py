@@ -1,8 +1,10 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Pairs with ground truth: their files, their masks, and the pixels that both cameras see."""
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import NamedTuple
 
 from fuzzy_stereo_ros.pairs.disparity_files import read_disparity
 from fuzzy_stereo_ros.pairs.image_files import read_image, read_pair
@@ -98,6 +100,13 @@ class PairFiles:
                              else agreeing(truth, truth_of(self.right_truth)))
         masks = {name: masks[name] for name in MASKS if name in masks}
         return GroundTruthPair(left, right, truth, masks.get(NONOCC), masks=masks)
+
+
+class OwnPair(NamedTuple):
+    """A pair without ground truth; read(): returns it, as that of `PairFiles`."""
+
+    read: Callable
+    truth, derives_visibility = None, False
 
 
 def read_truth(path, scale=None):

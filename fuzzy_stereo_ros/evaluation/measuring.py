@@ -1,17 +1,26 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Measure matchers on scenes, and on sequences warm and cold: flat records."""
+"""
+Measure matchers on scenes, and on sequences warm and cold: flat records.
+
+Without ground truth: density, confidence, flicker, and whether the map of the left image agrees
+with that of the right one, which the matcher finds in the mirrored pair. A map that agrees with
+itself may still be wrong.
+"""
 from dataclasses import dataclass
+from itertools import islice
 import math
 
-from fuzzy_stereo_ros.evaluation.ground_truth import MASKS
+from fuzzy_stereo_ros.evaluation.ground_truth import (
+    at_matches, GroundTruthPair, MASKS, TOLERANCE)
 from fuzzy_stereo_ros.evaluation.matchers import Task
+from fuzzy_stereo_ros.evaluation.report import mean
 from fuzzy_stereo_ros.evaluation.scores import flicker, score, THRESHOLDS
-from fuzzy_stereo_ros.matching import MatcherConfig
+from fuzzy_stereo_ros.matching.search_range import PAIRS, search_range
 from fuzzy_stereo_ros.pairs.stereo_pair import width_by_height
 import numpy as np
 
-TRUTHS_LARGEST = "the truth's largest, rounded up"
+TRUTHS_LARGEST, SEEN = "the truth's largest, rounded up", 'the first pairs'
 RAW, FILLED = MAPS = 'as it comes', 'filled'
 SCENE, SEQUENCE, MEAN = 'scene', 'sequence', 'mean'
 FIGURES = ('density', *(f'bad_{kind}_{limit:g}' for kind in ('sparse', 'dense')
@@ -21,7 +30,7 @@ ROWS = 'row_tilt', 'row_roll', 'row_zoom', 'row_yaw', 'row_doubt', 'row_advice'
 COLUMNS = (
     'kind', 'name', 'layout', 'family', 'rows', 'columns', 'disparities', 'disparities_told_by',
     'frames', 'truths', 'matcher', 'start', 'milliseconds', 'mde_per_second', 'covered', 'flicker',
-    *ROWS, 'hint', 'mask', 'map', 'pixels', *FIGURES)
+    'agree', 'confidence', *ROWS, 'hint', 'mask', 'map', 'pixels', *FIGURES)
 
 
 class NoSequence(ValueError):
@@ -44,15 +53,20 @@ class Result:
     source: str
     records: list
 
+    @property
+    def has_truth(self):
+        """Whether a frame has a ground truth."""
+        return any(files.truth is not None for files in self.subject.files.values())
+
     def record(self, name, kind=FILLED):
         """Return the record of a matcher in the most important mask, None without a result."""
         return next((one for one in self.records
                      if one['matcher'] == name and one['map'] == kind), None)
 
     def main_error(self, name):
-        """Return the percentage of bad pixels of the filled map, None without a result."""
+        """Return the percentage of bad pixels of the filled map, None without a result or truth."""
         record = self.record(name)
-        return record and record[f'bad_dense_{self.subject.limit:g}']
+        return record and record.get(f'bad_dense_{self.subject.limit:g}')
 
 
 def measure(subject, matchers, disparities=None, repeats=1, show=None):
@@ -60,94 +74,109 @@ def measure(subject, matchers, disparities=None, repeats=1, show=None):
     Return the `Result` of matchers on a `Scene`, or from each start on a `Sequence`.
 
     disparities: number to search from 0, None = see `disparities_of`. repeats: see `Task`.
-    show: called with the first `GroundTruthPair`, the `Result` and {matcher's name: last map}.
+    show: called with the last pair, the `Result` and {matcher's name: last `Maps`} of a scene, or
+    of a sequence without ground truth.
     Raises NoSequence if the frames differ in size, ValueError if a frame cannot be matched.
     """
     files = subject.named_files
     single = len(files) == 1
     with_truth = [one for one in files.values() if one.truth is not None]
     first = next(iter(files.values())).read()
-    disparities, source = disparities_of(
-        subject, (first.truth if single else one.read().truth for one in with_truth), disparities)
+    disparities, source = disparities_of(subject, (
+        first.truth if single else one.read().truth for one in with_truth), disparities)
     task = Task(subject.family, disparities, first.left.shape[:2], repeats)
     shared = {'kind': SCENE if single else SEQUENCE, 'name': subject.path,
               'layout': subject.layout, 'family': subject.family, 'rows': task.size[0],
               'columns': task.size[1], 'disparities': disparities, 'disparities_told_by': source,
               'frames': len(files), 'truths': len(with_truth)}
-    records, maps = [], {}
+    records, shown = [], {}
     for matcher in matchers:
         for start in matcher.starts[:1] if single else matcher.starts:
             frames = ((name, first if single else one.read()) for name, one in files.items())
-            found, last = _match_frames(frames, matcher, start, task)
+            found, pair, maps = _match_frames(frames, matcher, start, task, not with_truth)
             records += [{**shared, 'matcher': matcher.name, 'start': start, **record}
                         for record in found]
-            if last is not None:
-                maps[matcher.name] = last.raw
+            if maps is not None:
+                shown[matcher.name] = maps
     result = Result(subject, task.size, disparities, source, records)
-    if show is not None:
-        show(first, result, maps)
+    if show is not None and (single or not with_truth):
+        show(first if single else pair, result, shown)
     return result
 
 
-def matched(frames, matcher, start, task):
+def _match_frames(frames, matcher, start, task, mirrored):
     """
-    Yield (frame, its `Maps`, those of the frame before or None) of a run of a matcher.
+    Return the records of a matcher, one for each mask and map, the last pair and its last `Maps`.
 
-    frames: yields (name, pair of images); the maps are None where the matcher has no result.
-    Raises NoSequence if the frames differ in size, ValueError if one cannot be matched.
+    frames: yields (name, pair of images). mirrored: whether to match the right image, too.
+    Returns no records and None twice if the matcher lacks a result. Raises NoSequence if the
+    frames differ in size, ValueError for a frame that cannot be matched.
     """
-    match, before = matcher.begin(task, start), None
+    match, match_mirrored = (matcher.begin(task, start) if used else None
+                             for used in (True, mirrored))
+    figures, rows, flickers, last, hints = {}, [], [], None, []
     for name, pair in frames:
         if pair.left.shape[:2] != task.size:
             raise NoSequence(f'{name} is {width_by_height(pair.left)}, the first frame '
                              f'{task.size[1]}x{task.size[0]}; frames of a sequence have one size')
         try:
             maps = match(name, pair)
+            if maps is None:
+                return [], None, None
+            other = match_mirrored and match_mirrored(name, GroundTruthPair(*(
+                np.ascontiguousarray(image[:, ::-1]) for image in (pair.right, pair.left)), None))
         except ValueError as error:
             raise ValueError(f'{name}, {matcher.name}: {error}') from None
-        yield pair, maps, before
-        before = maps
-
-
-def _match_frames(frames, matcher, start, task):
-    """
-    Return the records of a matcher, one for each mask and map, and its last `Maps`.
-
-    frames: yields (name, `GroundTruthPair`). Returns no records and None if the matcher lacks a
-    result. Raises ValueError for a frame that cannot be matched.
-    """
-    figures, times, covered, flickers, last, hint = {}, [], [], [], None, None
-    for pair, maps, before in matched(frames, matcher, start, task):
-        if maps is None:
-            return [], None
-        for mask, where in pair.masks.items():
+        for mask, where in getattr(pair, 'masks', {}).items():
             for kind, disparity in zip(MAPS, maps):
                 figures.setdefault((mask, kind), []).append(
                     figures_of(score(disparity, pair.truth, where)))
-        times.append(maps.milliseconds)
-        covered.append(100 * float(np.isfinite(maps.raw).mean()))
-        if before is not None:
-            flickers.append([flicker(*two) for two in zip(before[:2], maps[:2])])
-        hint = hint or maps.finding and maps.finding.sentence
+        rows.append((maps.milliseconds, *_own_figures(maps, other)))
+        if last is not None:
+            flickers.append([flicker(*two) for two in zip(last[:2], maps[:2])])
+        if not hints and getattr(pair, 'calibration', None) is not None:
+            hints += pair.calibration.remarks
+        if maps.finding is not None and maps.finding.sentence not in hints:
+            hints.append(maps.finding.sentence)
         last = maps
-    milliseconds = None if None in times else float(np.mean(times))
+    milliseconds, covered, confidence, agree = (
+        None if None in one else mean(one) for one in zip(*rows))
     estimates = task.size[0] * task.size[1] * task.disparities
-    shared = {'milliseconds': milliseconds,
+    shared = {'milliseconds': milliseconds, 'covered': covered,
               'mde_per_second': milliseconds and estimates / milliseconds / 1000}
-    found = last and last.misalignment
-    if found is not None:
+    if mirrored:
+        shared.update(confidence=confidence, agree=agree)
+    if last.misalignment is not None:
+        found = last.misalignment
         shared.update(zip(ROWS, (*found[:4], max(found.doubts), found.advice)))
-    if hint is not None:
-        shared['hint'] = hint
+    if hints:
+        shared['hint'] = '; '.join(hints)
     records = []
     for mask in [mask for mask in MASKS if (mask, RAW) in figures] or ['']:
         for place, kind in enumerate(MAPS):
             records.append({**shared, 'mask': mask, 'map': kind,
                             **mean_figures(figures.get((mask, kind), []))})
             if flickers:
-                records[-1].update(covered=float(np.mean(covered)),
-                                   flicker=float(np.mean(flickers, axis=0)[place]))
-    return records, last
+                records[-1]['flicker'] = float(np.mean(flickers, axis=0)[place])
+    return records, pair, last
+
+
+def _own_figures(maps, other):
+    """
+    Return percentage of pixels with a disparity, mean confidence, percentage that agree.
+
+    other: the `Maps` of the mirrored pair, or None. Pixels agree with the right image if their
+    match there has the same disparity within TOLERANCE. None = the matcher has none, NaN = of no
+    pixel.
+    """
+    valid, confidence, agree = np.isfinite(maps.raw), maps.confidence, None
+    if confidence is not None:
+        confidence = float(confidence[valid].mean()) if valid.any() else math.nan
+    if other is not None:
+        apart = np.abs(maps.raw - at_matches(maps.raw, other.raw[:, ::-1]))
+        known = np.isfinite(apart)
+        agree = 100 * float(np.mean(apart[known] <= TOLERANCE)) if known.any() else math.nan
+    return 100 * float(valid.mean()), confidence, agree
 
 
 def figures_of(one):
@@ -214,7 +243,7 @@ def disparities_of(subject, truths, given):
     Return the number of disparities to search from 0, and its source in words.
 
     This is the number that the user has given, or that of the scene, or what the largest of the
-    truths needs: float32 (R, C), pixels, NaN = unknown.
+    truths needs: float32 (R, C), pixels, NaN = unknown; without truths what the first pairs show.
     """
     if given is not None:
         return given, '--disparities'
@@ -223,5 +252,6 @@ def disparities_of(subject, truths, given):
     largest = max((float(np.nanmax(truth)) for truth in truths if np.isfinite(truth).any()),
                   default=None)
     if largest is None:
-        return MatcherConfig.disparities, 'the default'
+        pairs = [one.read() for one in islice(subject.files.values(), PAIRS)]
+        return sum(search_range([(one.left, one.right) for one in pairs], 1)), SEEN
     return max(math.ceil(largest) + 1, 1), TRUTHS_LARGEST

@@ -23,6 +23,7 @@ COLOURS = {'turbo': cv2.COLORMAP_TURBO, 'magma': cv2.COLORMAP_MAGMA,
            'viridis': cv2.COLORMAP_VIRIDIS}     # of bars in the legend
 STOPS = 17              # colours of a bar, between which a browser interpolates
 LOSSLESS = 101          # quality of WebP
+SHOWN = 99.5            # percentile of disparities at the end of the colours, without a truth
 
 
 class View(NamedTuple):
@@ -58,7 +59,7 @@ class Gallery:
         self.ranked_by, self.shown, self._errors, self._limits = ranked_by, {}, {}, {}
 
     def show(self, pair, result, maps):
-        """Draw a `GroundTruthPair` and {matcher's name: map}; drop a scene beyond the limit."""
+        """Draw a pair and {matcher's name: `Maps`}; drop a scene beyond the limit."""
         subject, error = result.subject, result.main_error(self.ranked_by)
         self._errors[subject.path] = math.inf if error is None or math.isnan(error) else error
         self._limits[subject.family] = subject.limit
@@ -73,8 +74,8 @@ class Gallery:
         return sorted(self.shown, key=self._errors.get)
 
     def order(self):
-        """Return a sentence on the order of `ranked`, '' without scenes."""
-        if not self.shown:
+        """Return a sentence on the order of `ranked`, '' without errors."""
+        if not any(map(math.isfinite, self._errors.values())):
             return ''
         limits = ', '.join(f'bad-{limit:g} of {family}' for family, limit in self._limits.items())
         order = f'From the least dense error of {self.ranked_by} to the largest: {limits}.'
@@ -96,43 +97,41 @@ def page_of(report, pairs, order=''):
 
 
 def _shown(pair, result, maps):
-    """Return the `ShownPair` of a `GroundTruthPair`, its `Result` and {matcher's name: map}."""
-    facts = (f'{result.subject.layout}, {result.size[1]}x{result.size[0]}, {result.disparities} '
-             'disparities')
-    if result.records:
+    """Return the `ShownPair` of a pair, its `Result` and {matcher's name: `Maps`}."""
+    facts = ', '.join(filter(None, (
+        result.subject.layout, f'{result.size[1]}x{result.size[0]}',
+        f'{result.disparities} disparities')))
+    if result.records and result.records[0]['mask']:
         facts += f", figures: {result.records[0]['mask']}"
-    limit, valid = f'{result.subject.limit:g}', np.isfinite(pair.truth)
-    ends = (float(pair.truth[valid].min()), float(pair.truth[valid].max())
-            ) if valid.any() else (0.0, 1.0)
-    views = [View('left image and truth', [], [
-        left_picture(pair), ('truth', data_uri(
-            colour_disparity(_thickened(pair.truth, valid), *ends)))])]
-    for name, disparity in maps.items():
-        sparse, dense = result.record(name, RAW), result.record(name, FILLED)
-        time = sparse['milliseconds']
-        views.append(View(name, [
-            f"bad-{limit}: {dense['bad_dense_' + limit]:.2f} % dense, "
-            f"{sparse['bad_sparse_' + limit]:.2f} % sparse",
-            f"density {sparse['density']:.1f} %" + ('' if time is None else f', {time:.1f} ms')],
-            [disparity_picture(name, disparity, ends),
-             (f'error of {name}', data_uri(colour_error(disparity, pair.truth)))]))
+    limit, truth = f'{result.subject.limit:g}', getattr(pair, 'truth', None)
+    first = View('left image', [], [('left image', data_uri(in_eight_bits(pair.left),
+                                                            cv2.INTER_AREA))])
+    bars = [('error', 'magma', '0', f'{ERROR_LIMIT:g} px and more')]
+    if truth is None:
+        seen = np.concatenate([one.raw[np.isfinite(one.raw)] for one in maps.values()])
+        ends = np.percentile(seen, (100 - SHOWN, SHOWN)) if seen.size else (0, 1)
+        bars = [('confidence', 'viridis', '0', '1')]
+    else:
+        valid = np.isfinite(truth)
+        ends = (float(truth[valid].min()), float(truth[valid].max())) if valid.any() else (0, 1)
+        first = View('left image and truth', [], [*first.pictures, ('truth', data_uri(
+            colour_disparity(_thickened(truth, valid), *ends)))])
+    views = [first]
+    for name, found in maps.items():
+        raw, filled = result.record(name, RAW), result.record(name, FILLED)
+        words = [f"density {raw['covered']:.1f} %" + (
+            '' if found.milliseconds is None else f', {found.milliseconds:.1f} ms')]
+        pictures = [(f'disparity by {name}', data_uri(colour_disparity(found.raw, *ends)))]
+        if truth is not None:
+            words = [f"bad-{limit}: {filled['bad_dense_' + limit]:.2f} % dense, "
+                     f"{raw['bad_sparse_' + limit]:.2f} % sparse", *words]
+            pictures.append((f'error of {name}', data_uri(colour_error(found.raw, truth))))
+        elif found.confidence is not None:
+            pictures.append((f'confidence by {name}', data_uri(cv2.applyColorMap(
+                cv2.convertScaleAbs(found.confidence, alpha=255), cv2.COLORMAP_VIRIDIS))))
+        views.append(View(name, words, pictures))
     return ShownPair(result.subject.path, facts, views, [
-        disparity_bar(*ends), ('error', 'magma', '0', f'{ERROR_LIMIT:g} px and more')])
-
-
-def left_picture(pair):
-    """Return the picture of a pair's left image for a `View`."""
-    return 'left image', data_uri(in_eight_bits(pair.left), cv2.INTER_AREA)
-
-
-def disparity_picture(matcher, disparity, ends):
-    """Return the picture of a matcher's map for a `View`; ends: px, of the colours."""
-    return f'disparity by {matcher}', data_uri(colour_disparity(disparity, *ends))
-
-
-def disparity_bar(low, high):
-    """Return the bar of disparities, px, of a `ShownPair`."""
-    return 'disparity', 'turbo', f'{low:.1f}', f'{high:.1f} px'
+        ('disparity', 'turbo', f'{ends[0]:.1f}', f'{ends[1]:.1f} px'), *bars])
 
 
 def data_uri(image, interpolation=cv2.INTER_NEAREST):
@@ -141,16 +140,12 @@ def data_uri(image, interpolation=cv2.INTER_NEAREST):
 
     The default interpolation keeps the colours of maps, which have a meaning.
     """
-    _, content = cv2.imencode('.webp', reduced(image, interpolation),
-                              [cv2.IMWRITE_WEBP_QUALITY, LOSSLESS])
-    return f'data:image/webp;base64,{base64.b64encode(content).decode()}'
-
-
-def reduced(image, interpolation=cv2.INTER_NEAREST):
-    """Return an image or a map, (R, C, ...), reduced to WIDTH if it is wider."""
     rows, columns = image.shape[:2]
-    return image if columns <= WIDTH else cv2.resize(
-        image, (WIDTH, max(1, round(rows * WIDTH / columns))), interpolation=interpolation)
+    if columns > WIDTH:
+        image = cv2.resize(image, (WIDTH, max(1, round(rows * WIDTH / columns))),
+                           interpolation=interpolation)
+    _, content = cv2.imencode('.webp', image, [cv2.IMWRITE_WEBP_QUALITY, LOSSLESS])
+    return f'data:image/webp;base64,{base64.b64encode(content).decode()}'
 
 
 def colour_error(disparity, truth):

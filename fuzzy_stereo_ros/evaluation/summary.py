@@ -4,10 +4,11 @@
 from dataclasses import replace
 
 from fuzzy_stereo_ros.evaluation.ground_truth import ALL, DISC, LIMITS, MASKS, NONOCC
-from fuzzy_stereo_ros.evaluation.matchers import OpenCV, Ours, ResultFiles
+from fuzzy_stereo_ros.evaluation.matchers import COLD, OpenCV, Ours, ResultFiles
 from fuzzy_stereo_ros.evaluation.measuring import by_family, FILLED, RAW, ROWS
 from fuzzy_stereo_ros.evaluation.report import environment, Report, Table
 from fuzzy_stereo_ros.evaluation.scores import THRESHOLDS
+import pandas as pd
 
 NAMED = 6       # scenes that a sentence lists by name; of more it gives the number
 KINDS = {RAW: 'sparse', FILLED: 'dense'}
@@ -18,6 +19,13 @@ MEANING = {NONOCC: 'pixels that both cameras see', ALL: 'all pixels with a truth
 EXPLANATION = ('*sparse*: of the pixels that the matcher gives a disparity; *dense*: gaps filled, '
                'all pixels count. bad-N: off by more than N px; D1: off by more than 3 px and 5 '
                'percent of the truth.')
+OWN = {'covered': 'density [%]', 'agree': 'agree with the right image [%]',
+       'confidence': 'confidence', 'flicker': 'flicker [%]', 'milliseconds': 'time [ms]'}
+OWN_EXPLANATION = (
+    '*agree*: of the pixels with a disparity whose match in the right image has one, too, those '
+    'that have the same one within 1 px. *flicker*: pixels that change by more than 1 px from a '
+    'frame to the next one; where the camera or things move that is no error. None of these tells '
+    'whether a disparity is right.')
 
 
 def report_of(results, sequences, means, matchers, settings, skipped):
@@ -26,6 +34,10 @@ def report_of(results, sequences, means, matchers, settings, skipped):
 
     means: of `mean_records`. settings: {what: how} of the command. skipped: sentences.
     """
+    every, own = [*results, *sequences], [
+        one for one in (*results, *sequences) if not one.has_truth]
+    results, sequences = ([one for one in those if one.has_truth]
+                          for those in (results, sequences))
     families = by_family(results)
     tables = [table for family in families for table in _means(
         [record for record in means if record['family'] == family])]
@@ -36,11 +48,11 @@ def report_of(results, sequences, means, matchers, settings, skipped):
     tables += [_scenes(those, matchers) for those in families.values()]
     if sequences:
         tables.append(_sequences(sequences))
-    tables += _row_offsets([*results, *sequences])
+    tables += _without_truth(own)
+    tables += _row_offsets(every)
     return Report('evaluate', 'Evaluation', {
-        **environment(settings['threads']), **_settings(results, sequences, matchers, settings)},
-        tables, [*skipped, *_left_out(results, matchers),
-                 *_hints([*results, *sequences])])
+        **environment(settings['threads']), **_settings(results, every, matchers, settings)},
+        tables, [*skipped, *_left_out(results, matchers), *_hints(every)])
 
 
 def _means(means):
@@ -120,6 +132,24 @@ def _sequences(results):
               'more than 1 px from frame to frame, those that really move among them.')
 
 
+def _without_truth(results):
+    """Return the tables of what has no ground truth: the means, and, of more than one, each."""
+    rows = pd.DataFrame([
+        (result.subject.path, one['matcher'], one['start'] or COLD, *map(one.get, OWN))
+        for result in results for one in result.records if one['map'] == RAW],
+        columns=('', 'matcher', 'start', *OWN.values())).astype(dict.fromkeys(OWN.values(), float))
+    if not len(rows):
+        return []
+    means = rows.drop(columns='').groupby(['matcher', 'start'], sort=False).mean().reset_index()
+    title, columns = 'Without ground truth', ('', *means.columns[1:])
+    cells = list(means.itertuples(index=False, name=None))
+    if len(results) == 1:
+        return [Table(title, columns, cells, OWN_EXPLANATION)]
+    return [Table(f'{title}, mean of {len(results)}', columns, cells, OWN_EXPLANATION),
+            Table(f'{title}, each', tuple(rows.columns),
+                  list(rows.itertuples(index=False, name=None)))]
+
+
 def _row_offsets(results):
     """Return [the table of row offsets], a row for each scene and sequence; [] without any."""
     measured = [(result.subject.path, record) for result in results for record in [next(
@@ -134,13 +164,13 @@ def _row_offsets(results):
         'of the four.')] if measured else []
 
 
-def _settings(results, sequences, matchers, settings):
-    """Return {what: how} of everything that the figures depend on."""
+def _settings(results, every, matchers, settings):
+    """Return {what: how} of everything that the figures depend on; results: with a truth."""
     texts = {
         **settings,
         'scenes': ', '.join(f'{len(those)} {family}' for family, those in by_family(
             results).items()) or 'none',
-        'disparities': _sources([*results, *sequences]),
+        'disparities': _sources(every),
     }
     for matcher in matchers:
         if isinstance(matcher, Ours):

@@ -9,8 +9,8 @@ from fuzzy_stereo_ros.pairs.image_files import read_image
 from fuzzy_stereo_ros.synthetic.scenes import make_pair
 from fuzzy_stereo_ros.views import evolution as evolution_view
 from fuzzy_stereo_ros.views.evolution import (
-    evolution_figure, EvolutionFilm, FIRST, MUTATED, observe_generations, ORIGIN_COLOURS, RATES,
-    Record, SECOND, STAY)
+    evolution_figure, EvolutionFilm, observe_generations, ORIGIN_COLOURS, RATES,
+    Record, STAY)
 from fuzzy_stereo_ros.views.pictures import PANEL_SUFFIXES, write_figure
 import numpy as np
 import pytest
