@@ -59,20 +59,12 @@ class PairMatcher:
         self._requested, self._prepared, self._preparing = None, None, []
 
     def warm_up(self, report=None):
-        """
-        Compile or load the kernels; to be called before the first pair.
-
-        report: see `compiling.on_all_cores`.
-        """
+        """Compile or load the kernels, before the first pair; report: see `on_all_cores`."""
         with on_all_cores(report):
             self._matcher = self._warm_matcher(self.config)
 
     def match(self, pair):
-        """
-        Return the MatchedPair of a StereoPair; ValueError if it cannot be matched.
-
-        Disparities are invalid if a pixel of the match is missing in its rectified image.
-        """
+        """Return the MatchedPair of a StereoPair, invalid where pixels are missing; ValueError."""
         with self._lock:
             prepared, self._prepared = self._prepared, None
             if prepared is not None:
@@ -109,11 +101,7 @@ class PairMatcher:
             self._preparing = [self._thread.submit(self._prepare, config)]
 
     def close(self, timeout=None):
-        """
-        Cancel requests; return whether the preparation has ended.
-
-        timeout: s to wait for a preparation that runs; None = until it is done.
-        """
+        """Cancel requests; return whether the preparation ended in time, s."""
         with self._lock:
             self._requested = self._prepared = None
         self._thread.shutdown(wait=False, cancel_futures=True)

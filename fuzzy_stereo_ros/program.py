@@ -118,7 +118,6 @@ class Parser(argparse.ArgumentParser):
 
 
 def _meant(word, choices):
-    """Return ' (did you mean X?)' of the choice that is most like a word, '' if none is."""
     from fuzzy_stereo_ros.parameters.table import nearest
 
     return nearest(word, list(choices), 0.7)
@@ -157,11 +156,7 @@ def run_cleanly(parser, argv):
 
 
 def _sentence(error):
-    """
-    Return the text of an exception in one line, without the errno of an OSError.
-
-    Control characters, which may come from a rejected file, are escaped.
-    """
+    """Return an exception's text in one line, without errno; escaped, as it may quote a file."""
     text = str(error)
     if getattr(error, 'errno', None) is not None:
         text = error.strerror if error.filename is None else f'{error.filename}: {error.strerror}'
@@ -169,11 +164,7 @@ def _sentence(error):
 
 
 def say_that_ros_is_missing():
-    """
-    Make a program that cannot import a module of ROS end with a sentence, not with a traceback.
-
-    Its exit code is 1, as after each exception that nobody handles.
-    """
+    """End a program that cannot import ROS with a sentence, not a traceback; exit code 1."""
     usual = sys.excepthook
 
     def hook(kind, error, trace):

@@ -24,11 +24,7 @@ def bar(stream, always=False, **options):
 
 
 def follow(items, title, stream):
-    """
-    Yield items, and show the progress by a bar on a terminal, by a line for each item elsewhere.
-
-    items: an iterable; lines name an item that is a text, or the `path` of one that has it.
-    """
+    """Yield items, and show a bar on a terminal, elsewhere a line for each text or `path`."""
     items = list(items)
     for number, item in enumerate(bar(stream, iterable=items, desc=title), start=1):
         if not stream.isatty():
@@ -44,7 +40,6 @@ def show_compiling():
 
 
 def _compile(config):
-    """Compile the kernels of a MatcherConfig, with a bar on terminals, with lines elsewhere."""
     newest, ended = [Progress(0.0, None)], threading.Event()
     showing = threading.Thread(target=_show, args=(newest, ended), daemon=True)
     showing.start()

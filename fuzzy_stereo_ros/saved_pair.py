@@ -50,11 +50,7 @@ ROWS = {**{name: type(value) for name, value in Rows()._asdict().items()},
 
 
 def versions():
-    """
-    Return {name: text} of versions, the platform, and the processor that numba compiles for.
-
-    processor_features: names of instruction sets, separated by blanks.
-    """
+    """Return {name: text} of versions, the platform, and the processor that numba compiles for."""
     try:
         version = fuzzy_stereo_ros.__version__
     except PackageNotFoundError:    # the package is not installed
@@ -113,12 +109,7 @@ class SavedPair:
 
 
 def write_saved_pair(folder, saved):
-    """
-    Write a SavedPair into a folder completely, or on an error write nothing.
-
-    folder: str or Path; it must be missing or empty. Raises OSError, with what to do, if it
-    cannot be written.
-    """
+    """Write a SavedPair into a missing or empty folder, as a whole or not at all; OSError."""
     target = Path(folder).resolve()
     try:
         with tempfile.TemporaryDirectory(
@@ -134,11 +125,7 @@ def write_saved_pair(folder, saved):
 
 
 def read_saved_pair(folder):
-    """
-    Return the SavedPair of a folder.
-
-    Raises ValueError if a file is missing or damaged, or was saved by another version.
-    """
+    """Return the SavedPair of a folder; ValueError if it is damaged or of another version."""
     folder = Path(folder)
     if not folder.is_dir():
         raise ValueError(f'{folder} is no folder; give one that holds a saved pair')
@@ -196,12 +183,10 @@ def _write_files(folder, saved):
 
 
 def _parameters(config):
-    """Return {name: value} of a MatcherConfig, in the types of Python."""
     return {one.name: one.type(getattr(config, one.name)) for one in fields(MatcherConfig)}
 
 
 def _config(name, record):
-    """Return the MatcherConfig of a record of `_parameters`; ValueError if it is wrong."""
     return MatcherConfig(**_checked(
         name, record, {one.name: one.type for one in fields(MatcherConfig)}))
 
@@ -245,11 +230,7 @@ def _saved_pair(record, arrays, left, right):
 
 
 def _checked(name, record, kinds):
-    """
-    Return a record; ValueError unless it has the names and types of kinds (int for float).
-
-    Whole numbers have 64 bits, as those of NumPy.
-    """
+    """Return a record; ValueError unless it has the names and types of kinds (int for float)."""
     if not isinstance(record, dict) or set(record) != set(kinds):
         raise ValueError(f"{name} is {record!r:.60}; needed are {', '.join(kinds)}")
     for key, kind in kinds.items():
@@ -263,7 +244,6 @@ def _checked(name, record, kinds):
 
 
 def _state(record, arrays):
-    """Return the FrameState of its record and its arrays."""
     _checked('state', record, {
         'stamp': object, 'config': dict, 'frame': int, 'left_shift': int, 'own': dict})
     if not isinstance(record['stamp'], (int, type(None))):
@@ -277,7 +257,6 @@ def _state(record, arrays):
 
 
 def _check_state(state, config):
-    """Raise ValueError for a state that a matcher cannot use."""
     state.check(searched(state.config, state.shape[-1]).disparities)
     if state.config.reference != config.reference:
         raise ValueError(f'the state is of the {state.config.reference} image, the match of the '
@@ -285,7 +264,6 @@ def _check_state(state, config):
 
 
 def _check_rows(rows):
-    """Raise ValueError for Rows that no matcher has made."""
     check_array('points of the rows', rows.points, np.float32, (len(rows.points), 4))
     check_array('undone of the rows', rows.undone, np.float64, (4,))
     if not (np.isfinite(rows.points).all() and (np.abs(rows.points[:, :3]) <= MOST_SIDE).all()

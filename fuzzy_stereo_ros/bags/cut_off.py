@@ -173,11 +173,7 @@ class Ros1:
 
 
 def has_torn_index(reader):
-    """
-    Return whether the index of a reader of rosbags ends in zeros, which it takes for entries.
-
-    A chunk is listed with the connections that have messages in it, so that no number is 0.
-    """
+    """Return whether zeros end the index of a reader of rosbags: no connection has 0 messages."""
     return any(0 in chunk.connection_counts.values()
                for chunk in getattr(reader, 'chunk_infos', ()))
 
@@ -222,7 +218,6 @@ def _bytes(file, start, end):
 
 
 def _sized_at(content, place):
-    """Return the bytes behind their number, which stands at a place."""
     return content[place + 4:][:int.from_bytes(content[place:place + 4], 'little')]
 
 
@@ -257,11 +252,7 @@ def _uri(path):
 
 
 def log_of(path):
-    """
-    Return the write-ahead log (Path) of a file (Path) if it is a .db3 that has one, else None.
-
-    Messages stay there, where rosbags does not look, until the database is closed.
-    """
+    """Return the log of a .db3, whose messages rosbags does not look at; None without one."""
     log = path.with_name(f'{path.name}-wal')
     return log if path.suffix == '.db3' and log.is_file() and log.stat().st_size else None
 
@@ -299,8 +290,6 @@ class IndexedPath:
 
 
 class _IndexedFile(io.RawIOBase):
-    """The open file of an IndexedPath."""
-
     def __init__(self, file, head, stop, tail):
         self._file, self._place = file, 0
         self._head, self._stop, self._tail = head, stop, tail

@@ -75,12 +75,7 @@ class BagReader:
     """
 
     def __init__(self, paths):
-        """
-        Open .bag, .mcap or .db3 files, or folders; ValueError for what is missing or no bag.
-
-        Of a file that was cut off, as by a power failure, what is complete is read; so is a folder
-        without metadata.yaml that has such files.
-        """
+        """Open files or folders, as far as they are complete; ValueError if missing or no bags."""
         self.paths = tuple(map(Path, paths))
         self.names = ', '.join(map(str, self.paths))
         self._files, self.topics, self.losses = [], {}, []
@@ -126,11 +121,7 @@ class BagReader:
                 for connection in file.reader.connections if slashed(connection.topic) == topic]
 
     def messages(self, topics, start=None, stop=None):
-        """
-        Yield each BagMessage of some topics, in the order of logging, or raise DamagedBag.
-
-        start, stop: ns; messages logged at start or later, and before stop.
-        """
+        """Yield each BagMessage of topics as logged, start <= ns < stop, or raise DamagedBag."""
         return heapq.merge(
             *(_messages(file, topics, start, stop) for file in self._files),
             key=lambda message: message.log_time)
@@ -162,23 +153,14 @@ def slashed(topic):
 
 
 def text_of(error):
-    """
-    Return the first line of an exception's text, or its type if it has no text.
-
-    Control characters are escaped, as some exceptions quote a bag.
-    """
+    """Return the first line of an exception's text, or its type, escaped: it may quote a bag."""
     text = getattr(error, 'strerror', None) or str(error).strip()
     line = text.splitlines()[0].rstrip('.') if text else type(error).__name__
     return line if line.isprintable() else ascii(line)
 
 
 def _opened(path, losses):
-    """
-    Return the _OpenFiles of a bag: one, or those in a folder whose recording was cut off.
-
-    losses: gets a sentence for each file in a folder of which nothing can be read.
-    Raises ValueError with a sentence if the bag cannot be opened.
-    """
+    """Return the _OpenFiles of a bag; losses gets a sentence for each file that cannot be read."""
     if not path.exists():
         raise ValueError(f'{path} does not exist; give a bag: {BAGS}')
     if path.is_file():
@@ -267,7 +249,6 @@ def _reader(path):
 
 
 def _messages(file, topics, start, stop):
-    """Yield each BagMessage of an _OpenFile, as `BagReader.messages`."""
     reader = file.reader
     wanted = [connection for connection in reader.connections
               if slashed(connection.topic) in topics]

@@ -92,7 +92,6 @@ def _twins(topic):
 
 
 def _base(image, topics):
-    """Return the name of an image topic without the /compressed of its transport."""
     return image.removesuffix('/compressed') if topics[image][0] == COMPRESSED else image
 
 
@@ -110,7 +109,6 @@ def _info_of(image, topics):
 
 
 def _listed(topics):
-    """Return a list of topics for a sentence, with type and number of messages if known."""
     if isinstance(topics, dict):
         return ', '.join(f'{topic} ({kind}, {number})'
                          for topic, (kind, number) in sorted(topics.items()))

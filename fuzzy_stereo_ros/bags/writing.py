@@ -1,24 +1,29 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-Write bags of ROS 2 in parts.
+Write bags of ROS 2 in parts, and copy topics into them.
 
 A part becomes a file of the bag, and is listed in metadata.yaml, only when it is complete. So the
 folder always holds a valid bag, however the process ends; only the unfinished part is lost.
+Topics of a bag of ROS 1 or ROS 2 can be copied.
 """
 from array import array
 from collections import Counter
+from collections.abc import Callable
 from contextlib import closing, suppress
 from dataclasses import fields, is_dataclass
 from pathlib import Path
 import sqlite3
+from typing import NamedTuple
 
-from fuzzy_stereo_ros.bags.reading import NO_ROSBAGS, text_of
+from fuzzy_stereo_ros.bags.reading import NO_ROSBAGS, slashed, text_of
 from fuzzy_stereo_ros.pairs.camera_files import rectified_cameras
 from fuzzy_stereo_ros.pairs.image_files import remove, write_whole
 from fuzzy_stereo_ros.pairs.messages import encoding_of, fill_pixels, set_stamp
 import numpy as np
 
+RENAMED = {'tf/msg/tfMessage': 'tf2_msgs/msg/TFMessage'}
+HEADER = 'std_msgs/msg/Header'
 STORAGE_SUFFIXES = {'mcap': '.mcap', 'sqlite3': '.db3'}
 FORMATS = tuple(STORAGE_SUFFIXES)
 METADATA = 'metadata.yaml'
@@ -237,3 +242,71 @@ def is_sequence_bag(folder):
                 == {METADATA, *described['relative_file_paths']})
     except (OSError, ValueError, TypeError):
         return False
+
+
+class Copying(NamedTuple):
+    """How the messages of a connection are copied; the first three: see `BagWriter.write`."""
+
+    kind: str
+    typestore: object
+    qualities: list
+    converted: Callable     # from the bytes of a message to CDR
+
+
+class CopiedMessages:
+    """The messages of topics, a list, to be copied; nobody else must read the BagReader."""
+
+    def __init__(self, bags, names=(), results=(), start=None, stop=None):
+        """
+        Choose the topics to copy.
+
+        names: of these topics; () = all but the results. results: names of topics that the
+        replay writes itself. start, stop: ns, as for `BagReader.messages`.
+        Raises ValueError for a topic that is missing, is a result, or cannot be copied.
+        """
+        self.topics = [slashed(name) for name in names] or [
+            topic for topic in bags.topics if topic not in results]
+        for topic in self.topics:
+            if topic not in bags.topics:
+                raise ValueError(f'--keep names {topic}, which is not in {bags.names}; there are '
+                                 f"{', '.join(sorted(bags.topics))}")
+            if topic in results:
+                raise ValueError(f'--keep names {topic}, under which the results are written')
+        # By reader too, as bags of ROS 1 and ROS 2 may be read together.
+        self._copyings = {(topic, id(reader)): _copying_of(topic, connection, reader)
+                          for topic in self.topics
+                          for connection, reader in bags.connections(topic)}
+        self._messages, self._next = bags.messages(self.topics, start, stop), None
+
+    def until(self, log_time=None):
+        """Yield (BagMessage, its Copying) up to a time in ns, None = the end; DamagedBag."""
+        while True:
+            self._next = self._next or next(self._messages, None)
+            if self._next is None or (log_time is not None and self._next.log_time > log_time):
+                return
+            message, self._next = self._next, None
+            yield message, self._copyings[message.topic, id(message.reader)]
+
+
+def _copying_of(topic, connection, reader):
+    kind = connection.msgtype
+    if kind not in reader.typestore.fielddefs:
+        raise ValueError(f'{topic} cannot be copied: the bag does not define its type {kind}; '
+                         'name the topics to keep without it')
+    if reader.is2:
+        return Copying(kind, reader.typestore, connection.ext.offered_qos_profiles, bytes)
+    from rosbags.convert.converter import is_same_wireformat, LATCH
+
+    from rosbags.typesys import get_typestore, Stores
+
+    typestore, new = get_typestore(Stores.ROS2_JAZZY), RENAMED.get(kind, kind)
+    if new not in typestore.fielddefs or not is_same_wireformat(
+            reader.typestore, typestore, kind, new):
+        header, new = typestore.fielddefs[HEADER], kind
+        typestore = get_typestore(Stores.EMPTY)
+        typestore.register({**reader.typestore.fielddefs, HEADER: header})
+
+    def converted(content):
+        return typestore.ros1_to_cdr(content, new)
+
+    return Copying(new, typestore, LATCH if connection.ext.latching else [], converted)

@@ -56,11 +56,7 @@ def add_arguments(parser):
 
 
 def run(arguments, stream):
-    """
-    Measure the matchers and print a table.
-
-    Raises ValueError for bad input, before anything is measured.
-    """
+    """Measure the matchers and print a table."""
     with libraries_needed():
         from fuzzy_stereo_ros.evaluation.report import environment, markdown, Report, Table
     size, config = option_values(arguments, SIZE_OPTIONS), matcher_config(arguments)
@@ -99,7 +95,6 @@ def measured(config, frames, repeats):
 
 
 def _work(make, frames):
-    """Return a function that matches a frame of a number with the matcher that make() returns."""
     matcher = make()
 
     def work(number):
@@ -151,6 +146,5 @@ def peak_memory(work):
 
 
 def _kilobytes(name):
-    """Return a figure of the memory of the process."""
     return int(re.search(rf'^{name}:\s*(\d+)', STATUS.read_text(encoding='utf-8'),
                          re.MULTILINE)[1])

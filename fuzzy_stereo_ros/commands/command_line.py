@@ -45,7 +45,6 @@ def _completed_parser():
 
 
 def _parser():
-    """Return the parser of all commands."""
     parser = Parser(prog='fuzzy-stereo',
                     description='Dense stereo by a genetic algorithm with a fuzzy fitness.')
     parser.add_argument('--version', action='version',

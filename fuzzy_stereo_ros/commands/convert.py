@@ -58,11 +58,7 @@ def add_arguments(parser):
 
 
 def run(arguments, stream):
-    """
-    Convert a file and print the figures of the result.
-
-    Raises ValueError and OSError for bad input, before anything is written.
-    """
+    """Convert a file and print the figures of the result."""
     target = arguments.to or (POINTS if _is_points(arguments.output) else arguments.source)
     cameras, settings = CameraOptions.of(arguments), node_settings(arguments, LIMIT)
     _check_output(arguments, target, cameras)
@@ -98,7 +94,6 @@ def _is_points(path):
 
 
 def _check_output(arguments, target, cameras):
-    """Raise ValueError if the output cannot be written or its quantity makes no sense."""
     output = Path(arguments.output)
     if _is_points(arguments.input):
         raise ValueError(f'{arguments.input} is a point cloud, which has no pixels; convert the '
@@ -136,7 +131,6 @@ def _figures(arguments, target, values):
 
 
 def _sentence(figures):
-    """Return the figures as a sentence."""
     what = {DISPARITY: ('disparity', 'disparities'), DEPTH: ('depth',), POINTS: ('point',)}[
         figures['to']]
     between = '' if figures['low'] is None else (

@@ -99,12 +99,7 @@ def libraries_needed():
 
 
 def run(arguments, stream, progress_stream=None):
-    """
-    Measure the matchers, write the files, and print tables or JSON.
-
-    stream, progress_stream: of text; progress_stream None = standard error.
-    Raises ValueError and OSError for bad input, if possible before anything is measured.
-    """
+    """Measure the matchers, write the files, and print tables or JSON."""
     outputs = _checked_outputs(arguments)
     with libraries_needed():
         from fuzzy_stereo_ros.evaluation.page import Gallery, page_of
@@ -185,7 +180,6 @@ def _own_pairs(arguments, error):
 
 
 def _measure_all(arguments, found, matchers, show, progress):
-    """Return the `Result`s of scenes and of sequences, and sentences on what is skipped."""
     options, skipped, sequences = (arguments.searched, arguments.repeats), [*found.skipped], []
     with opencv_threads(arguments.threads):
         results = [measure(scene, matchers, *options, show)
@@ -226,7 +220,6 @@ def _is_folder_alone(word):
 
 
 def _checked_outputs(arguments):
-    """Return {option: path} of the output files; raises ValueError if one cannot be written."""
     def check(path, name):
         if path.suffix != REPORT_SUFFIXES[name]:
             raise ValueError(f"--{name} is {path}, which has the suffix '{path.suffix}'; "

@@ -57,12 +57,7 @@ def add_arguments(parser):
 
 
 def run(arguments, stream, progress_stream=None):
-    """
-    Match a pair or two folders, write the files, and print the figures.
-
-    progress_stream: of text, for a bar if it is a terminal; None = standard error.
-    Raises ValueError and OSError for bad input, before anything is written.
-    """
+    """Match a pair or two folders, write the files, and print the figures."""
     config = matcher_config(arguments)
     outputs = checked_outputs(
         arguments, {'picture': check_panel_suffix, 'video': check_video},
@@ -122,7 +117,6 @@ def _truth_and_mask(arguments, shape):
 
 
 def _sentences(figures, record):
-    """Return the figures of all steps as lines of text."""
     lines = ['{columns}x{rows} pixels of the {reference} image, profile {profile}, population '
              '{population}'.format(**figures),
              f"{record.step:>10} {'best':>11} {'mean':>11} {'worst':>11}"

@@ -93,11 +93,7 @@ class _Saved(argparse.Action):
 
 
 def run(arguments, stream):
-    """
-    Match, write the files, print the figures, and return the exit code.
-
-    Raises ValueError and OSError for bad input, before anything is written.
-    """
+    """Match, write the files, print the figures, and return the exit code."""
     saved, automatic, inputs, known = None, False, [arguments.ground_truth, arguments.mask], {}
     cameras, settings = CameraOptions.of(arguments), node_settings(arguments, LIMIT)
     if arguments.saved is None:
@@ -203,7 +199,6 @@ def _check_metric(names, calibration, config):
 
 
 def _sentences(figures):
-    """Return the figures as lines of text."""
     saved = figures.get('saved')
     settings = f"profile {figures['profile']}" if saved is None else 'parameters as saved'
     if saved is not None and saved['changed']:
@@ -236,7 +231,6 @@ def _sentences(figures):
 
 
 def _sentence_on(score):
-    """Return the fields of a `Score` as a sentence."""
     pixels = f"{number_of(score['pixels'], 'pixel')} with ground truth"
     if not score['pixels']:
         return 'no pixel has ground truth'

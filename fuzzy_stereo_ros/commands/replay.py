@@ -6,9 +6,8 @@ from dataclasses import replace
 import json
 import sys
 
-from fuzzy_stereo_ros.bags.copying import CopiedMessages
 from fuzzy_stereo_ros.bags.reading import BagReader
-from fuzzy_stereo_ros.bags.writing import FORMATS
+from fuzzy_stereo_ros.bags.writing import CopiedMessages, FORMATS
 from fuzzy_stereo_ros.matching import StereoMatcher, WARM_UP_SIZE
 from fuzzy_stereo_ros.matching.plausibility import PlausibilityCheck
 from fuzzy_stereo_ros.matching.search_range import PAIRS, search_range
@@ -131,13 +130,7 @@ def replay_options(arguments):
 
 
 def run(arguments, stream, progress_stream=None):
-    """
-    Replay bags and print the report.
-
-    stream, progress_stream: of text; progress_stream None = standard error.
-    Raises ValueError and OSError for bad input before anything is written; ValueError for a
-    damaged bag or a full disk, and KeyboardInterrupt, after all results so far are written.
-    """
+    """Replay bags and print the report; errors come after all results so far are written."""
     automatic = is_automatic(arguments)
     options = replay_options(arguments)
     with ExitStack() as opened:

@@ -26,11 +26,7 @@ def add_truth_options(parser):
 
 
 def truth_and_mask(arguments, shape):
-    """
-    Return ground truth, float32 (R, C), and mask, bool (R, C), of parsed options; None if absent.
-
-    Raises ValueError if the size is not the shape, or a file cannot be read.
-    """
+    """Return truth, float32 (R, C), and mask, bool (R, C), or None; ValueError if misshapen."""
     if arguments.ground_truth is None:
         for name in ('ground_truth_scale', 'mask'):
             if getattr(arguments, name) is not None:

@@ -96,12 +96,10 @@ def run(arguments, stream):
 
 
 def _comment(sentence):
-    """Return the line of a comment; none without a sentence."""
     return [f'    # {sentence}'] if sentence else []
 
 
 def _rate(pairs):
-    """Return the pairs per second by their stamps, None where they do not tell."""
     steps = [after.stamp - before.stamp for before, after in pairwise(pairs)]
     return SECOND / np.median(steps) if steps and min(steps) > 0 else None
 
@@ -117,14 +115,12 @@ def _scale(scale, milliseconds, rate):
 
 
 def _noise(level):
-    """Return a sentence on noise of a level, grey levels; None where texture hides it."""
     return f'noise of {level:.1f} grey levels or more' + (
         ': more light, a longer exposure or a smaller gain gives fewer errors'
         if level > NOISY else '') if level else None
 
 
 def _exposure(images):
-    """Return a sentence on pixels that are too dark or too bright."""
     levels = np.concatenate([in_eight_bits(image).ravel()[::16] for pair in images
                              for image in pair])
     dark, bright = 100 * np.mean(levels < DARK), 100 * np.mean(levels > BRIGHT)

@@ -51,12 +51,7 @@ def add_arguments(parser):
 
 
 def run(arguments, stream, progress_stream=None):
-    """
-    Write the sequence and print a description.
-
-    stream, progress_stream: of text; progress_stream None = standard error. Raises ValueError for
-    bad input and OSError for the disk; then nothing is written.
-    """
+    """Write the sequence and print a description."""
     values = option_values(arguments, SCENE_PARAMETERS.values())
     pairs = bar(progress_stream or sys.stderr, iterable=scene_pairs(values),
                 total=values['frames'], desc='synthesise')
@@ -89,7 +84,6 @@ def run(arguments, stream, progress_stream=None):
 
 
 def _check_target(name, target, overwrite):
-    """Raise ValueError unless the folder can be created or replaced."""
     if not target.parent.is_dir():
         raise ValueError(f'--output is {name}, but there is no folder {target.parent}')
     if target.exists() and not target.is_dir():
@@ -124,7 +118,6 @@ def _write_bag(folder, pairs, values):
 
 
 def _sentences(target, form, values):
-    """Return sentences: the description of the sequence, and how to use it."""
     made = (f"{target}: {number_of(values['frames'], 'pair')} of "
             f"{values['columns']}x{values['rows']} pixels, "
             f"{number_of(values['disparities'], 'disparity', 'disparities')} from "

@@ -25,11 +25,7 @@ def add_arguments(parser):
 
 
 def run(arguments, stream):
-    """
-    Compile the kernels and print where they are kept.
-
-    Raises ValueError for bad parameters, and if no folder can keep the kernels.
-    """
+    """Compile the kernels and print where they are kept."""
     config = matcher_config(arguments)
     if FOLDER is None:
         raise ValueError('there is no folder for compiled kernels; set NUMBA_CACHE_DIR to a '

@@ -60,11 +60,7 @@ class Baseline:
 
 
 class PreparedBaseline:
-    """
-    One of OpenCV's matchers, made once for many pairs.
-
-    The three steps of `match` are apart so that the second, OpenCV's own work, can be timed alone.
-    """
+    """One of OpenCV's matchers for many pairs; `compute`, its own work, can be timed alone."""
 
     def __init__(self, algorithm, settings, disparities, padded, rejects_zero=False):
         """Make OpenCV's matcher of `Settings`; padded: whether the left border is matched."""

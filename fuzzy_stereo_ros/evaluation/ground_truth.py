@@ -71,11 +71,7 @@ class PairFiles:
                              'the grey levels per pixel of disparity')
 
     def read(self):
-        """
-        Return the `GroundTruthPair` with all available masks.
-
-        Raises ValueError if a file cannot be read, or its size is not that of the images.
-        """
+        """Return the `GroundTruthPair` with all masks; ValueError for a bad file or size."""
         left, right = read_pair(self.left, self.right)
         if self.truth is None:
             return GroundTruthPair(left, right, None)
@@ -110,12 +106,7 @@ class OwnPair(NamedTuple):
 
 
 def read_truth(path, scale=None):
-    """
-    Return the disparities of a file: float32 (R, C), pixels, NaN = unknown.
-
-    scale: grey levels per pixel of disparity of a picture, ignored for other files.
-    Raises ValueError if the file cannot be read, or has 8 bits and no scale.
-    """
+    """Return disparities as `read_disparity`; scale: ignored for files that are no pictures."""
     return read_disparity(path, None if Path(path).suffix.lower() in NUMBERS else scale)
 
 
@@ -126,11 +117,7 @@ def read_mask(path):
 
 
 def warped_to_right(truth):
-    """
-    Return a left-referenced truth warped to the right image; the nearest surface wins.
-
-    truth and result: float32 (R, C), pixels, NaN = unknown, also where no left pixel is warped to.
-    """
+    """Return a truth, float32 (R, C), px, warped to the right image, NaN where nothing is."""
     rows, target, inside = _targets(truth)
     warped = np.full(truth.shape, -np.inf, np.float32)
     np.maximum.at(warped, (rows[inside], target[inside]), truth[inside])
@@ -152,21 +139,12 @@ def seen_by_both(truth):
 
 
 def agreeing(truth, other):
-    """
-    Return where the truths of both images agree within a pixel: bool (R, C), of the left image.
-
-    truth: float32 (R, C), pixels, NaN = unknown; other: the same of the right image.
-    """
+    """Return where a truth agrees with that of the right image within a pixel: bool (R, C)."""
     return abs(truth - at_matches(truth, other)) <= TOLERANCE
 
 
 def at_matches(disparity, other):
-    """
-    Return the values of the right image at the matches of the left image's pixels: float (R, C).
-
-    disparity: float32 (R, C), pixels, NaN = invalid; other: float (R, C), of the right image. NaN
-    where there is no match inside.
-    """
+    """Return the right image's values at the left pixels' matches: float (R, C), NaN = none."""
     rows, target, inside = _targets(disparity)
     return np.where(inside, other[rows, target], np.float32(np.nan))
 

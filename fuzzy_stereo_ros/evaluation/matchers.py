@@ -155,11 +155,7 @@ class ResultFiles:
     starts = ('',)
 
     def __init__(self, name, folder, scenes):
-        """
-        Find the files of scenes, given by their names.
-
-        Raises ValueError if the folder does not exist, or has no file of any scene.
-        """
+        """Find the files of scenes, by their names; ValueError without the folder or any file."""
         self.name, self.folder = name, Path(folder)
         if not self.folder.is_dir():
             raise ValueError(f'--results names {folder}, but there is no such folder')
@@ -181,12 +177,7 @@ class ResultFiles:
         return match
 
     def read(self, scene, image):
-        """
-        Return the disparities of a scene, float32 (R, C), px, NaN = invalid; None without a file.
-
-        image: (R, C, ...), of the scene. Raises ValueError if the file cannot be read, or its size
-        is not that of the image.
-        """
+        """Return disparities, float32 (R, C), None without a file; ValueError if damaged."""
         path = self.files.get(scene)
         if path is None:
             return None
@@ -214,11 +205,7 @@ class ResultFiles:
 
 
 def matcher_named(word, profile, changes):
-    """
-    Return the matcher of a word of ALLOWED; profile, changes: of `Ours`.
-
-    Raises ValueError for another word, and for a change that is not allowed.
-    """
+    """Return the matcher of a word; profile, changes: of `Ours`. ValueError if not allowed."""
     if word not in ALLOWED:
         raise ValueError(f"matcher is '{word}'; allowed are {', '.join(ALLOWED)}")
     kind, *rest = word.split(':')
@@ -238,11 +225,7 @@ def in_eight_bits_alike(left, right):
 
 
 def fastest(work, repeats, processor=False):
-    """
-    Return the result of a function, and the milliseconds of the fastest of several calls.
-
-    processor: whether to measure processor time, which other programs do not add to.
-    """
+    """Return the result of work() and the ms, perhaps of processor time, of the fastest call."""
     times, clock = [], time.process_time_ns if processor else time.perf_counter_ns
     for _ in range(repeats):
         started = clock()

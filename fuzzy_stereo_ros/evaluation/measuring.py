@@ -64,7 +64,7 @@ class Result:
                      if one['matcher'] == name and one['map'] == kind), None)
 
     def main_error(self, name):
-        """Return the percentage of bad pixels of the filled map, None without a result or truth."""
+        """Return the percentage of bad pixels of the filled map, None without one."""
         record = self.record(name)
         return record and record.get(f'bad_dense_{self.subject.limit:g}')
 

@@ -97,7 +97,6 @@ def page_of(report, pairs, order=''):
 
 
 def _shown(pair, result, maps):
-    """Return the `ShownPair` of a pair, its `Result` and {matcher's name: `Maps`}."""
     facts = ', '.join(filter(None, (
         result.subject.layout, f'{result.size[1]}x{result.size[0]}',
         f'{result.disparities} disparities')))
@@ -135,11 +134,7 @@ def _shown(pair, result, maps):
 
 
 def data_uri(image, interpolation=cv2.INTER_NEAREST):
-    """
-    Return an image, uint8 (R, C) or (R, C, 3) BGR, as the data URI of a reduced WebP file.
-
-    The default interpolation keeps the colours of maps, which have a meaning.
-    """
+    """Return an image, uint8 (R, C) or (R, C, 3) BGR, as the data URI of a reduced WebP file."""
     rows, columns = image.shape[:2]
     if columns > WIDTH:
         image = cv2.resize(image, (WIDTH, max(1, round(rows * WIDTH / columns))),
@@ -166,11 +161,7 @@ def colour_error(disparity, truth):
 
 
 def _thickened(values, there):
-    """
-    Return a map whose points are discs of POINT_RADIUS if they are less than half of the pixels.
-
-    values: float32 (R, C); there: bool (R, C), the points. NaN = no point is near.
-    """
+    """Return a map, float32 (R, C), whose points are discs if they are less than half of it."""
     if np.count_nonzero(there) > there.size / 2 or not there.any():
         return np.where(there, values, np.float32(np.nan))
     distance, nearest = cv2.distanceTransformWithLabels(

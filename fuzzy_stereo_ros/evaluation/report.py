@@ -110,7 +110,6 @@ def _list(sentences):
 
 
 def _processor():
-    """Return the name of the processor."""
     try:
         found = re.search(r'^model name\s*:\s*(.+)$',
                           Path('/proc/cpuinfo').read_text(encoding='utf-8'), re.MULTILINE)

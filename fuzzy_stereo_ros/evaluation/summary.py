@@ -29,11 +29,7 @@ OWN_EXPLANATION = (
 
 
 def report_of(results, sequences, means, matchers, settings, skipped):
-    """
-    Return the `Report` of the `Result`s of scenes and sequences.
-
-    means: of `mean_records`. settings: {what: how} of the command. skipped: sentences.
-    """
+    """Return the `Report` of `Result`s; settings: {what: how}; skipped: sentences."""
     every, own = [*results, *sequences], [
         one for one in (*results, *sequences) if not one.has_truth]
     results, sequences = ([one for one in those if one.has_truth]
@@ -56,7 +52,6 @@ def report_of(results, sequences, means, matchers, settings, skipped):
 
 
 def _means(means):
-    """Return the tables of the mean records of a family, one for each mask."""
     tables = []
     for mask in MASKS:
         records = [record for record in means if record['mask'] == mask]
@@ -70,7 +65,6 @@ def _means(means):
 
 
 def _figures(record):
-    """Return the figures of a record in the order of HEADINGS."""
     kind = KINDS[record['map']]
     return [record[name] for name in (
         'density', *(f'bad_{kind}_{limit:g}' for limit in THRESHOLDS), f'd1_{kind}',
@@ -78,7 +72,6 @@ def _figures(record):
 
 
 def _times(families, means, matchers):
-    """Return the table of times and speeds, by family."""
     times = {(one['family'], one['matcher']): (one['milliseconds'], one['mde_per_second'])
              for one in means}
     rows = [(matcher.name, *(figure for family in families
@@ -92,13 +85,11 @@ def _times(families, means, matchers):
 
 
 def _present(matchers, results):
-    """Return the matchers with a result on at least one scene."""
     return [matcher for matcher in matchers
             if any(result.record(matcher.name) for result in results)]
 
 
 def _scenes(results, matchers):
-    """Return the table of the scenes of a family, a row for each."""
     family = results[0].subject.family
     present = _present(matchers, results)
     return Table(
@@ -111,7 +102,6 @@ def _scenes(results, matchers):
 
 
 def _sequences(results):
-    """Return the table of sequences, a row for each matcher and start."""
     rows = []
     for result in results:
         limit, runs = result.subject.limit, {}
@@ -192,14 +182,12 @@ def _settings(results, every, matchers, settings):
 
 
 def _hints(results):
-    """Return sentences about scenes and sequences of which little can be matched."""
     found = {result.subject.path: next((one['hint'] for one in result.records if one.get('hint')),
                                        None) for result in results}
     return [f'hint: {path}: {hint}' for path, hint in found.items() if hint]
 
 
 def _left_out(results, matchers):
-    """Return sentences about matchers without results."""
     sentences = []
     for matcher in matchers:
         if isinstance(matcher, ResultFiles):
@@ -211,7 +199,6 @@ def _left_out(results, matchers):
 
 
 def _sources(results):
-    """Return the numbers of disparities and their sources as a sentence."""
     by_source = {}
     for result in results:
         by_source.setdefault(result.source, []).append(

@@ -83,11 +83,7 @@ class Diagnostics:
         return self._match and self._match.misalignment
 
     def _rows(self, finding):
-        """
-        Return whether the rows of the newest pairs are a fault, and what they are like.
-
-        finding: a Finding that warns tells more; what is measured of such pairs may be wrong.
-        """
+        """Return whether the rows are a fault, and what they are like; a Finding tells more."""
         found = self.misalignment
         if finding and finding.cause == 'rows':
             return False, finding.sentence
@@ -153,7 +149,6 @@ class Diagnostics:
         return rows if doubtful else ''
 
     def _status(self, title, level, sentence, keys):
-        """Return a DiagnosticStatus with those of the keys that have values."""
         name = self._node.get_fully_qualified_name()
         return DiagnosticStatus(
             level=getattr(DiagnosticStatus, level), message=sentence, name=f'{name}: {title}',
@@ -200,11 +195,7 @@ class LossReports:
         self._reported, self._when = {}, {}
 
     def lines(self, now, counts, last=False):
-        """
-        Return the lines to log at a time in s; each has the losses since the previous line.
-
-        counts: {key: number} of `counts_of`. last: whether to report all remaining losses.
-        """
+        """Return the lines to log at a time in s, of losses since the line before; last: all."""
         lines = []
         for kind, reason in LOSSES.items():
             lost = {key: count - self._reported.get(key, 0) for key, count in counts.items()
@@ -219,12 +210,7 @@ class LossReports:
 
 
 def counts_of(synchroniser, pairs, lost):
-    """
-    Return {key: number} of all that diagnostics count.
-
-    pairs: {name: number} of `Worker.counts`. lost: {topic: messages that the middleware lost}.
-    pairs synchronised = matched + dropped + rejected + waiting.
-    """
+    """Return {key: number}; pairs synchronised = matched + dropped + rejected + waiting."""
     counts = {'pairs synchronised': synchroniser.matched, 'pairs matched': pairs['done'],
               'pairs dropped': pairs['dropped'], 'pairs rejected': pairs['failed'],
               'pairs waiting': pairs['pending'], 'stamps went back': synchroniser.jumps_back}
@@ -236,11 +222,7 @@ def counts_of(synchroniser, pairs, lost):
 
 
 def status_of(state, rates, rejection=''):
-    """
-    Return the (level, sentence) to publish of a State; level: 'OK', 'WARN', 'ERROR' or 'STALE'.
-
-    rates: {key: per second} of `counts_of`. rejection: why the newest rejected pair was.
-    """
+    """Return (level, sentence) of a State; rates: of `counts_of`; rejection: the newest."""
     if state.loading:
         return 'STALE', state.loading
     if state.idle:

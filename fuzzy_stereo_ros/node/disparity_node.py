@@ -113,11 +113,7 @@ class DisparityNode(Node):
         self._update_subscriptions()
 
     def release(self, timeout=None):
-        """
-        Stop matching and free what `configure` made; return whether all threads have ended.
-
-        timeout: s to wait for a match or a compilation that still runs; None = until it is done.
-        """
+        """Stop matching, free what `configure` made; return whether all threads ended."""
         self._active, ended = False, True
         if self._worker is not None:
             end = None if timeout is None else time.monotonic() + timeout

@@ -29,11 +29,7 @@ PROCESS_ROWS = (
 
 
 def declared(rows, left_out=''):
-    """
-    Return a DeclareLaunchArgument for each row of a table.
-
-    left_out: meaning of an empty argument, which is then the default; '' = the row's default is.
-    """
+    """Return a DeclareLaunchArgument for each row; left_out: meaning of an empty one."""
     return [DeclareLaunchArgument(
         row.name, default_value='' if left_out else str(row.default),
         description=row.described() + (left_out and f'; empty: {left_out}')) for row in rows]

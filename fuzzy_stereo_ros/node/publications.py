@@ -23,12 +23,7 @@ class Publications:
     """The publishers of the node; `publish` may be called from any thread."""
 
     def __init__(self, node, settings, on_subscribers):
-        """
-        Advertise the topics that the setting `outputs` names.
-
-        settings: {name: value} of the node. on_subscribers(): called when the number of
-        subscribers changes.
-        """
+        """Advertise what the setting `outputs` names; on_subscribers(): called on changes."""
         self._node, self._settings, self._on_subscribers = node, settings, on_subscribers
         self._messages = ResultMessages(lambda kind, **fields: TYPES[kind](**fields), settings)
         self._own_points, self._since = (), {}      # endpoints of publishers of the points
@@ -89,7 +84,6 @@ class Publications:
             for endpoint, info in others.items())
 
     def _is_disparity_node(self, info):
-        """Return whether the node of a publisher, a TopicEndpointInfo, is of this package."""
         name = f"{info.node_namespace.rstrip('/')}/{info.node_name}"
         try:
             services = dict(self._node.get_service_names_and_types_by_node(

@@ -44,11 +44,7 @@ docs/node.md and docs/parameters.md describe them.
 
 
 def run_node(node_type, arguments):
-    """
-    Spin a node as `spin_until_signal` does, or print the help; return the exit code.
-
-    arguments: of the process; the first is its name.
-    """
+    """Spin a node as `spin_until_signal` does, or print the help; return the exit code."""
     try:
         unknown = remove_ros_args(arguments)[1:]
     except (ValueError, RuntimeError) as error:
@@ -63,13 +59,7 @@ def run_node(node_type, arguments):
 
 
 def spin_until_signal(node_type, arguments):
-    """
-    Spin a node until SIGINT or SIGTERM; return the exit code.
-
-    node_type: called without arguments; its destroy_node() returns whether all threads have
-    ended, its exit_code is what a clean end returns. arguments: of the process; the first is its
-    name.
-    """
+    """Spin node_type() until SIGINT or SIGTERM; return the exit code, that of the node or ours."""
     node, code, signals = None, 0, []
     # A signal shuts ROS down, which ends the spinning; it must not raise KeyboardInterrupt as
     # well. Launch and a terminal send a second one, which must not disturb the shutdown.

@@ -15,12 +15,7 @@ class Services:
     """The services `~/reset` and `~/save`."""
 
     def __init__(self, node, matcher, folder, most, describe):
-        """
-        Create the services.
-
-        matcher: a PairMatcher. folder: in which `~/save` makes a folder for each pair, as long as
-        it has fewer than `most`. describe(): returns {key: text} to save with a pair.
-        """
+        """Create the services; folder: of at most `most` pairs; describe(): their texts."""
         self._node, self._matcher, self._describe = node, matcher, describe
         self._folder, self._most = Path(os.path.expanduser(folder)), most
         self._saving = False
@@ -81,7 +76,6 @@ class Services:
             self._send(response, header)
 
     def _check_room(self):
-        """Raise ValueError if the folder has as many saved pairs as it may have."""
         saved = sum(1 for _ in self._folder.glob('*/pair.json'))
         if saved >= self._most:
             raise ValueError(f'{self._folder} has {saved} saved pairs, and max_saved_pairs is '

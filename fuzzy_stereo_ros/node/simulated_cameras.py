@@ -22,11 +22,7 @@ from sensor_msgs.msg import CameraInfo, CompressedImage, Image, RegionOfInterest
 
 
 class SimulatedCameras(Node):
-    """
-    Publishes <side>/image_rect and <side>/camera_info of both sides, with equal stamps.
-
-    sent: list of the published stamps, ns. frame_id: of all messages.
-    """
+    """Publishes image_rect and camera_info of both sides; sent: the stamps, ns."""
 
     exit_code, frame_id = 0, 'left_camera_optical_frame'
 
@@ -66,12 +62,7 @@ class SimulatedCameras(Node):
                    for publisher in self._outputs.values())
 
     def publish(self, left, right, stamp=None, change=None):
-        """
-        Publish one pair and return its stamp in ns.
-
-        stamp: ns; None = now. change({topic: message}): called before the four messages are
-        published, to damage or remove some of them for a test.
-        """
+        """Publish a pair and return its stamp, ns; change({topic: message}) may damage them."""
         if stamp is None:
             stamp = self.get_clock().now().nanoseconds
         messages = {**self.infos(left.shape), **{

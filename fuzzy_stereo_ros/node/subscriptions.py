@@ -134,7 +134,6 @@ class Subscriptions:
         self._receive(topic, message)
 
     def _note_publisher(self, topic, event):
-        """Note that a compatible publisher appeared or vanished."""
         self._last_numbers.pop(topic, None)
         if event.current_count:
             self._incompatible.pop(topic, None)
@@ -178,13 +177,7 @@ def has_fast_dds_profile():
 
 
 def no_pair_report(seconds, topics, difference, settings):
-    """
-    Return one sentence that says why no pair comes and what to do.
-
-    seconds: since the last pair. topics: the TopicState of each of INPUT_TOPICS.
-    difference: largest difference between the latest stamps of two topics, ns; None if unknown.
-    settings: {name: value} of the node.
-    """
+    """Return why no pair came for seconds, and what to do; difference: of stamps, ns, or None."""
     counts = ', '.join(
         topic.name + f' (derived from {topic.image})' * bool(topic.image) + f' {topic.received}'
         for topic in topics)

@@ -47,11 +47,7 @@ class Worker:
             return {**self._counts, 'pending': submitted - sum(ended)}
 
     def close(self, timeout=None):
-        """
-        Drop the waiting item and end the thread; return whether it has ended.
-
-        timeout: s to wait for the item being processed; None = until it is done.
-        """
+        """Drop the waiting item and end the thread; return whether it ended in time, s."""
         with self._wake:
             self._closed = True
             self._counts['dropped'] += len(self._waiting)

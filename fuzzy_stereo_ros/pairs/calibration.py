@@ -173,11 +173,7 @@ def points_reach(farthest):
 
 
 def disparity_of(depth, calibration):
-    """
-    Return the disparities of a depth in m, both float32 (R, C): px, NaN = invalid.
-
-    NaN, 0 and negative depths are invalid; of an infinite one it is the calibration's offset.
-    """
+    """Return disparities, float32 (R, C), px, of depth in m: NaN where it is 0, less or NaN."""
     with np.errstate(divide='ignore', invalid='ignore'):
         disparity = calibration.focal * calibration.baseline / depth.astype(np.float64)
         disparity = np.where(depth > 0, disparity + calibration.offset, np.nan)

@@ -18,9 +18,8 @@ from typing import NamedTuple
 import cv2
 from fuzzy_stereo_ros.pairs.calibration import read_calibration
 from fuzzy_stereo_ros.pairs.camera_files import (
-    Camera, centred_calibration, read_camera, read_yaml, rectified_cameras)
+    Camera, centred_calibration, EQUIDISTANT, lens_of, read_camera, read_yaml, rectified_cameras)
 from fuzzy_stereo_ros.pairs.image_files import read_bytes
-from fuzzy_stereo_ros.pairs.lenses import EQUIDISTANT, lens_of
 from fuzzy_stereo_ros.pairs.stereo_pair import BadPair, Calibration, Projection
 import numpy as np
 
@@ -211,7 +210,6 @@ def _euroc(paths, contents, shape, images):
 
 
 def _of_yaml(camera):
-    """Return the _Raw of a camera of Kalibr or EuRoC."""
     lens = lens_of((camera['camera_model'], camera.get('distortion_model')), camera.get(
         'distortion_coeffs', camera.get('distortion_coefficients')))
     fx, fy, cx, cy = map(float, camera['intrinsics'])

@@ -134,23 +134,14 @@ def read_disparity(path, scale=None):
 
 
 def read_depth(path, scale=None):
-    """
-    Return the depth of a file: float32 (R, C), metres, NaN = invalid, infinite = too far.
-
-    Values not above 0 are invalid. scale: grey levels per metre; None = 1000, of 16 bits only.
-    Formats and errors: `read_disparity`.
-    """
+    """Return depth, m, as `read_disparity`: infinite = too far, NaN = invalid, as 0 and less."""
     depth = _read(path, scale, MILLIMETRES, 'metre')
     depth[~(depth > 0)] = np.nan
     return depth
 
 
 def write_disparity(path, disparity):
-    """
-    Write float disparities (R, C), px, NaN or infinite = invalid, by the path's suffix.
-
-    Raises ValueError for a suffix or value that cannot be stored, OSError as `write_whole`.
-    """
+    """Write disparities (R, C), px, NaN = invalid, by the suffix; ValueError if too far."""
     encode = _encoder(path)[0]
     disparity = np.asarray(disparity, np.float32)
     write_whole(path, encode(np.where(np.isfinite(disparity), disparity, np.float32(np.nan))))

@@ -122,7 +122,6 @@ def _format_of(encoding):
 
 
 def _demosaiced(mosaic, conversion):
-    """Return the BGR image of a Bayer pattern."""
     if min(mosaic.shape) < SMALLEST_MOSAIC:
         raise BadPair('size', f'the image is {width_by_height(mosaic)}; a Bayer pattern needs '
                       f'at least {SMALLEST_MOSAIC}x{SMALLEST_MOSAIC}')

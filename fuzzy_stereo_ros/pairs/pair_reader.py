@@ -7,7 +7,7 @@ from typing import NamedTuple
 import cv2
 from fuzzy_stereo_ros.pairs.calibration import (
     content_of, expected_size, numbers_of, read_calibration, times_binned)
-from fuzzy_stereo_ros.pairs.lenses import (
+from fuzzy_stereo_ros.pairs.camera_files import (
     are_usable, coefficients_of, EQUIDISTANT, LARGEST_NUMBER, model_of)
 from fuzzy_stereo_ros.pairs.messages import read_image, stamp_of
 from fuzzy_stereo_ros.pairs.stereo_pair import (
@@ -23,8 +23,6 @@ FRACTIONS = 32              # of a pixel, to which remap rounds positions
 
 
 class _Plan(NamedTuple):
-    """The steps for all images of one calibration and size."""
-
     calibration: Calibration    # of the images after these steps
     window: tuple               # slices of the rows and columns to keep
     maps: tuple | None          # of the window, for each side, for cv2.remap if it is rectified
@@ -32,12 +30,7 @@ class _Plan(NamedTuple):
 
 
 class PairReader:
-    """
-    Reads pairs from messages; scale: of their images.
-
-    The rectification maps are computed for the first pair, and again when the calibration or the
-    size of the images changes.
-    """
+    """Reads pairs from messages; maps to rectify are kept while the cameras stay the same."""
 
     def __init__(self, rectify=False, crop=False, scale=1.0):
         """
@@ -146,7 +139,6 @@ def _effect(size, expected):
 
 
 def _read_images(left, right):
-    """Return the images of two messages."""
     images = []
     for side, message in zip(SIDES, (left, right)):
         try:
@@ -172,7 +164,6 @@ def _full_range(image):
 
 
 def _reduced(image, scale):
-    """Return the means of an image's blocks; rows and columns that fill no block are cut off."""
     block = round(1 / scale)
     rows, columns = (side // block for side in image.shape[:2])
     return cv2.resize(image[:rows * block, :columns * block], (columns, rows),
@@ -246,11 +237,7 @@ def _distortion(side, info):
 
 
 def _unseen(model, distortion, projection, rows, columns):
-    """
-    Return which pixels of the rectified image the raw camera cannot see: bool (R, C).
-
-    projection: float64 (3, 3), from directions of the raw camera to rectified pixels.
-    """
+    """Return which rectified pixels the raw camera cannot see: bool (R, C)."""
     inverse = np.linalg.inv(projection)
     across, down = np.arange(columns), np.arange(rows)[:, np.newaxis]
     x, y, z = (line[0] * across + line[1] * down + line[2] for line in inverse)

@@ -14,11 +14,7 @@ NUMBERS = re.compile(r'\d[\d.]*')
 
 
 class BadPair(ValueError):
-    """
-    Raised for a pair that cannot be matched; the text is a sentence that says why.
-
-    reason: one or two words for counters, the same for all sentences of a kind.
-    """
+    """A pair that cannot be matched: a sentence, and the reason in a word or two."""
 
     def __init__(self, reason, sentence):
         super().__init__(sentence)

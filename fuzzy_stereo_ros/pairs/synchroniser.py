@@ -95,12 +95,7 @@ class Synchroniser:
         return None not in self._cached.values()
 
     def _certain_sets(self, stamps=None, final=False):
-        """
-        Remove the sets that are certain from the queues, and return their list.
-
-        stamps: those with which a set may have become certain, None = all.
-        final: whether no more messages will come.
-        """
+        """Remove and return the sets that some stamps, or the end, make certain."""
         if not self._all_cached():
             return []
         if self._tolerance is not None:

@@ -27,11 +27,7 @@ def option_name(name):
 
 
 def add_options(group, rows, kinds=None):
-    """
-    Add an option for each row of a table; kinds: {name: type} where it is not that of the row.
-
-    Options of the matcher that are not given are left out: their values are the profile's.
-    """
+    """Add an option for each row; kinds: {name: type} where it is another than that of the row."""
     for row in rows:
         name = row.field or row.name
         facts = [row.sentence]
@@ -66,11 +62,7 @@ def node_settings(arguments, names):
 
 
 def add_matcher_options(parser, left_out=(), automatic=False):
-    """
-    Add --profile and the options of `matcher_config`, but for the names left out.
-
-    automatic: allow --disparities auto.
-    """
+    """Add the options of `matcher_config`; automatic: allow --disparities auto."""
     group = parser.add_argument_group(
         'the matcher', 'a profile sets all parameters, an option changes one of them'
         + '; --disparities auto looks at the first pairs for the range' * automatic)
@@ -102,11 +94,7 @@ def is_automatic(arguments):
 
 
 def matcher_config(arguments, saved=None):
-    """
-    Return the MatcherConfig of parsed options; ValueError if it is not allowed.
-
-    saved: MatcherConfig to change, None = the profile's. A new profile keeps its disparities.
-    """
+    """Return the MatcherConfig of parsed options, which change a saved one or a profile."""
     changes = matcher_changes(arguments)
     if saved is None:
         return MatcherConfig.from_profile(arguments.profile, **changes)
@@ -177,11 +165,7 @@ class CameraOptions:
         return [field.name for field in fields(self) if getattr(self, field.name) is not None]
 
     def read(self, shape, needed, purpose):
-        """
-        Return the Calibration; ValueError, too, without a baseline that is needed.
-
-        needed: names of the required ones of focal and baseline. Others: `cameras`.
-        """
+        """Return the Calibration; ValueError, too, without those of focal and baseline needed."""
         calibration = read_calibration(*self.cameras(shape, purpose, needed=needed)[0])
         if calibration.baseline:
             return calibration
@@ -233,7 +217,6 @@ def _node_rows(names):
 
 @cache
 def _profiles():
-    """Return {name: MatcherConfig} of all profiles, which are checked once."""
     return {name: MatcherConfig.from_profile(name) for name in PROFILES}
 
 

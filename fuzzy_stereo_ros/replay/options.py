@@ -7,8 +7,7 @@ from pathlib import Path
 
 from fuzzy_stereo_ros.matching import MatcherConfig
 from fuzzy_stereo_ros.pairs.pair_reader import PairReader
-from fuzzy_stereo_ros.pairs.point_clouds import POINT_SETTINGS
-from fuzzy_stereo_ros.pairs.result_messages import topics_of
+from fuzzy_stereo_ros.pairs.result_messages import POINT_SETTINGS, topics_of
 from fuzzy_stereo_ros.parameters.options import CameraOptions
 from fuzzy_stereo_ros.parameters.table import OUTPUTS
 
@@ -25,11 +24,7 @@ SEGMENT_PAIRS = 48  # warming up costs a sixth, and a segment fits into memory
 
 @dataclass(frozen=True)
 class ReplayOptions:
-    """
-    The options of a replay; raises ValueError if they contradict each other.
-
-    None = not given.
-    """
+    """The options of a replay, None = not given; ValueError if they contradict each other."""
 
     bags: tuple[str, ...]       # paths, also of Frames
     config: MatcherConfig       # of the images at full scale

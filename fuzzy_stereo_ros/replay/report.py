@@ -119,7 +119,6 @@ def no_pair_sentence(name, stats, synchroniser, approximate):
 
 
 def _remedy(approximate):
-    """Return which options synchronise more messages."""
     if approximate:
         return ('raise --tolerance or --queue-size, or give --cache-camera-info if camera_info '
                 'is published rarely')

@@ -136,11 +136,7 @@ def _outcomes(segment, future, cluster, stats, stopped):
 
 
 class Cluster:
-    """
-    The workers of a Dask scheduler, which match segments; they may join, leave and die.
-
-    workers: their number at the last count, at least 1.
-    """
+    """The workers of a Dask scheduler, which may join, leave and die; workers: their number."""
 
     def __init__(self, client, name, config):
         """Use the workers of a distributed.Client; config: MatcherConfig."""
@@ -213,7 +209,6 @@ def opened_cluster(options, log):
 
 
 def _open_cluster(options, log, opened):
-    """Return the Cluster of ReplayOptions; opened: the ExitStack that closes it."""
     try:
         import dask
         from distributed import Client
@@ -264,7 +259,6 @@ def _local_cluster(workers, opened):
 
 
 def _check_workers(client, name, log):
-    """Raise ClusterError if there is no worker, or one has another version of this package."""
     import distributed
 
     try:
@@ -294,11 +288,7 @@ def _match_on_worker(config, pairs, warming):
 
 
 def match_segment(config, pairs, warming):
-    """
-    Return the SegmentResult of pairs, independent of everything matched before.
-
-    pairs, warming: of `Segment.pairs`.
-    """
+    """Return the SegmentResult of `Segment.pairs`, independent of all that was matched before."""
     with _one_at_a_time:
         matcher, outcomes = _warm_matcher(config), []
         matcher.restore(None)

@@ -40,11 +40,7 @@ class Outputs:
     """
 
     def __init__(self, options, source, copies):
-        """
-        Check the folder and open the video, no other output yet; ValueError if one cannot be.
-
-        copies: CopiedMessages or None.
-        """
+        """Check the folder and the video, and open no other output yet; ValueError."""
         self.config, self.sinks, self.bag_sink = options.scaled_config, None, None
         self.path = None if options.output is None else Path(options.output)
         self.continued, self.written, self.log_time = False, 0, None
@@ -95,11 +91,7 @@ class Outputs:
                 closing.callback(sink.close)
 
     def written_positions(self):
-        """
-        Return the positions of the last few Items in the outputs to be continued, in order.
-
-        Of the bag, or else of PROGRESS; ValueError if it is damaged.
-        """
+        """Return the positions of the last few Items that are written; ValueError if damaged."""
         if not self.continued:
             return ()
         if not self._options.writes_bag:
@@ -175,7 +167,6 @@ class Outputs:
 
 
 def _read_progress(path):
-    """Return the positions that a file of an earlier replay holds, () if there is no file."""
     found = read_json(path) if path.exists() else []
     if not isinstance(found, list) or not all(
             isinstance(one, list) and [*map(type, one)] == [int, int] for one in found):
@@ -184,11 +175,7 @@ def _read_progress(path):
 
 
 def opened_video(options, source):
-    """
-    Return the sink of --video in a list, [] without; ValueError if it cannot be written.
-
-    The file is created with the first pair. source: its stamps give the rate of the video.
-    """
+    """Return the sink of --video in a list, [] without; ValueError if it cannot be written."""
     if options.video is None:
         return []
     rate, config = options.video_rate, options.scaled_config
@@ -199,18 +186,10 @@ def opened_video(options, source):
 
 
 class BagSink:
-    """
-    Writes a bag with the results under the node's topics, and copies of other topics.
-
-    bag: the BagWriter.
-    """
+    """Writes a bag, a BagWriter, with the node's topics and copies of others."""
 
     def __init__(self, folder, options, copies):
-        """
-        Create or continue the bag of a folder.
-
-        options: ReplayOptions. copies: CopiedMessages or None.
-        """
+        """Create or continue the bag of a folder; copies: CopiedMessages or None."""
         self.bag, self._copies = BagWriter(folder, options.storage), copies
         self._messages = Messages()
         self._results = ResultMessages(self._messages.make, options.settings)

@@ -18,8 +18,7 @@ from typing import NamedTuple
 from fuzzy_stereo_ros.bags.reading import (
     BagMessage, BagReader, BagTopic, DamagedBag, read_stamped, slashed, text_of)
 from fuzzy_stereo_ros.bags.topics import find_stereo_topics, RAW
-from fuzzy_stereo_ros.pairs.frame_names import SECOND, USUAL_RATE
-from fuzzy_stereo_ros.pairs.frames import are_frames, Frames
+from fuzzy_stereo_ros.pairs.frames import are_frames, Frames, SECOND, USUAL_RATE
 from fuzzy_stereo_ros.pairs.messages import read_image
 from fuzzy_stereo_ros.pairs.stereo_pair import BadPair, SIDES, StereoPair
 from fuzzy_stereo_ros.pairs.synchroniser import Synchroniser
@@ -149,7 +148,6 @@ class ReplaySource:
             self._went_back = False
 
     def _pair(self, messages):
-        """Return the StereoPair of a set, or its Rejection."""
         if self._infos is not None:
             messages = messages[0], self._infos[0], messages[1], self._infos[1]
         try:
@@ -205,11 +203,7 @@ def _time_range(options, bags):
 
 
 class FrameReader(Frames):
-    """
-    Frames with the interface of a BagReader; the content of a message is a Frame.
-
-    The frames were recorded at their stamps.
-    """
+    """Frames, recorded at their stamps, as a BagReader; the content of a message is a Frame."""
 
     losses, msgtype = (), RAW       # of a BagReader; of a connection
 

@@ -61,11 +61,7 @@ def rig_of(rows, columns, disparities, focal, baseline):
 
 
 def pose(rig, frame, drive, pan):
-    """
-    Return rotation (3, 3) and position (3,) of the left camera in a frame.
-
-    X_camera = rotation @ (X - position). drive: m ahead in each frame. pan: px, largest turn.
-    """
+    """Return rotation and position of the left camera: X_camera = rotation @ (X - position)."""
     swings = np.sin(2 * np.pi * frame / np.array(PERIOD))
     yaw = pan / rig.focal * PERIOD[0] / (2 * np.pi) * swings[0]
     pitch, roll, aside, up = swings[1:] * SWINGS
@@ -121,11 +117,7 @@ def street(rig, disparities, frames, seed, options):
 
 
 def look(rig, surfaces, frame, seen_from, x, y, by_left):
-    """
-    Return image, float32 (R, C, 3 or 1), and disparity, float64 (R, C), of a camera at x, y.
-
-    x, y: float64 (R, C), px. seen_from: of `pose`.
-    """
+    """Return image, float32 (R, C, 3 or 1), and disparity, float64 (R, C), px."""
     turned, position = seen_from
     position = position if by_left else position + turned.T @ (rig.baseline, 0.0, 0.0)
     column, row = rig.centre
@@ -157,7 +149,6 @@ def _intersect(surface, frame, position, rays):
 
 
 def _texture(surface, along, seen):
-    """Return the grey levels of the points that are seen: float32 (n, 3 or 1)."""
     steps = [np.hypot(*(np.gradient(along[..., axis], axis=side) for side in (0, 1)))
              if min(along.shape[:2]) > 1 else np.zeros(along.shape[:2]) for axis in (0, 1)]
     pixel = np.maximum(*steps)[seen]    # m

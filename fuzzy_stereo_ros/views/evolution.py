@@ -131,7 +131,6 @@ def origin_of_fittest_child(former, population, fitness, lineage):
 
 
 def _snapshot(matcher, number, images, best, origin):
-    """Return the Snapshot of a matcher; best: genes of the fittest chromosome, (R, C)."""
     config, algorithm = matcher.config, matcher.algorithm
     mirrored = config.reference == 'right'      # the search then is
     best, possibility, origin = (
@@ -345,7 +344,6 @@ def panels_of(snapshot, record):
 
 
 def _scales(record, brightest):
-    """Return the colour keywords of `show_map` by panel; brightest: a possibility."""
     from matplotlib.colors import ListedColormap, Normalize
 
     lowest = record.config.min_disparity

@@ -63,22 +63,14 @@ class VideoFile:
         self._writer, self._size, self._frames = None, None, 0
 
     def write(self, frame):
-        """
-        Append a frame: uint8 (R, C, 3) BGR.
-
-        Raises ValueError if this OpenCV has no encoder.
-        """
+        """Append a frame: uint8 (R, C, 3) BGR; ValueError if this OpenCV has no encoder."""
         if self._writer is None:
             self._begin(*frame.shape[:2])
         self._writer.write(_fitted(frame, *self._size))
         self._frames += 1
 
     def close(self):
-        """
-        Finish the file and give it its name, if it has frames; does nothing when called again.
-
-        Raises OSError if the file is incomplete, and removes it.
-        """
+        """Give the file its name, if it has frames; OSError, and no file, if incomplete."""
         writer, self._writer = self._writer, None
         if writer is None:
             return
@@ -167,11 +159,7 @@ class VideoSink(VideoFile):
 
 
 def side_by_side(matched, low, high):
-    """
-    Return reference image, disparity and confidence side by side: uint8 (R, C, 3) BGR.
-
-    Titles and colour bars are above them. low, high: px, the range of the colours of disparities.
-    """
+    """Return reference image, disparity, low to high px, and confidence: uint8 (R, C, 3) BGR."""
     pair, match, side = matched.pair, matched.match, matched.config.reference
     confidence = cv2.convertScaleAbs(match.confidence, alpha=255)
     return np.hstack([
@@ -198,12 +186,7 @@ def image_beside_disparity(image, disparity, low, high, where, found, title='ima
 
 
 def disparity_picture(disparity):
-    """
-    Return disparities in colours below a legend: uint8 (R, C, 3) BGR.
-
-    The colours are spread over the disparities that are there, but for ENDS of them.
-    disparity: float32 (R, C), px, NaN = invalid.
-    """
+    """Return disparities, float32 (R, C), px, in colours below a legend: uint8 (R, C, 3) BGR."""
     there = disparity[np.isfinite(disparity)]
     low, high = np.percentile(there, ENDS) if there.size else (0, 1)
     return _headed(_sized(colour_disparity(disparity, low, high)),
@@ -212,7 +195,6 @@ def disparity_picture(disparity):
 
 
 def _sized(picture):
-    """Return a picture enlarged or reduced to a width within PANEL."""
     narrowest, widest = PANEL
     rows, columns = picture.shape[:2]
     if columns < narrowest:
@@ -239,7 +221,6 @@ def _headed(picture, title, begin, end, colours):
 
 
 def _write(head, text, column, row):
-    """Write text at a column and a baseline row; return the column after it."""
     cv2.putText(head, text, (column, row), cv2.FONT_HERSHEY_SIMPLEX, LETTERS, WHITE, 1,
                 cv2.LINE_AA)
     width = cv2.getTextSize(text, cv2.FONT_HERSHEY_SIMPLEX, LETTERS, 1)[0][0]

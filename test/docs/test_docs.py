@@ -6,7 +6,7 @@ import subprocess
 import sys
 
 from bench.page import QUOTE, requoted
-from fuzzy_stereo_ros.parameters.page import renewed
+from bench.parameter_pages import renewed
 from pages import FENCE, ROOT, text_of
 import pytest
 
@@ -81,7 +81,7 @@ def test_a_page_quotes_the_page_of_benchmarks(path):
 def test_the_parameter_tables_are_those_of_the_declaration():
     page = text_of('docs/parameters.md')
     assert renewed(page) == page, \
-        'renew them: python -m fuzzy_stereo_ros.parameters.page docs/parameters.md'
+        'renew them: python -m bench.parameter_pages docs/parameters.md'
 
 
 @pytest.mark.parametrize('page', ['docs/architecture.md', 'docs/algorithm.md'])

@@ -14,8 +14,8 @@ from fuzzed import examples
 from fuzzy_stereo_ros.pairs.calibration import content_of, millimetres_of, read_calibration
 from fuzzy_stereo_ros.pairs.messages import MOST_PIXELS, PIXELS_PER_BYTE, read_image, stamp_of
 from fuzzy_stereo_ros.pairs.pair_reader import PairReader, SCALES
-from fuzzy_stereo_ros.pairs.point_clouds import fill_points
-from fuzzy_stereo_ros.pairs.result_messages import fill_camera_info, fill_disparity, fill_image
+from fuzzy_stereo_ros.pairs.result_messages import (
+    fill_camera_info, fill_disparity, fill_image, fill_points)
 from fuzzy_stereo_ros.pairs.stereo_pair import BadPair
 from hypothesis import given, strategies as st
 from made_messages import (

@@ -3,8 +3,8 @@
 """Parameters of the real node: one declaration, files that load, changes whole or not at all."""
 import re
 
+from bench.parameter_pages import parameter_file
 from fuzzy_stereo_ros.matching import MatcherConfig
-from fuzzy_stereo_ros.parameters.page import parameter_file
 from fuzzy_stereo_ros.parameters.table import IGNORED_PARAMETERS, nearest, ROS_PARAMETERS
 from made_messages import shows
 from made_scenes import shifted_pair
@@ -27,7 +27,7 @@ def bench(make_bench):
 
 def test_the_file_of_parameters_is_the_declaration():
     assert (ROOT / 'config' / 'fuzzy_stereo.yaml').read_text() == parameter_file(), (
-        'renew it: python -m fuzzy_stereo_ros.parameters.page config/fuzzy_stereo.yaml')
+        'renew it: python -m bench.parameter_pages config/fuzzy_stereo.yaml')
 
 
 def test_the_node_has_the_parameters_of_the_table_and_the_peer_s(bench):

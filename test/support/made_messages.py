@@ -3,7 +3,7 @@
 """Messages of a small made rig, and empty ones for results: stand-ins for ROS's own."""
 from types import SimpleNamespace
 
-from fuzzy_stereo_ros.pairs.point_clouds import POINT_SETTINGS
+from fuzzy_stereo_ros.pairs.result_messages import POINT_SETTINGS
 from fuzzy_stereo_ros.pairs.stereo_pair import BadPair, Calibration, Projection, StereoPair
 from fuzzy_stereo_ros.parameters.table import NODE_PARAMETERS
 import numpy as np

@@ -1,9 +1,8 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Topics are copied as they are, and from ROS 1 so that ROS 2 reads the same values."""
-from fuzzy_stereo_ros.bags.copying import CopiedMessages
 from fuzzy_stereo_ros.bags.reading import BagReader
-from fuzzy_stereo_ros.bags.writing import BagWriter
+from fuzzy_stereo_ros.bags.writing import BagWriter, CopiedMessages
 from made_bags import BagOf, BEGIN, content, open_bag, same
 import numpy as np
 import pytest

@@ -5,7 +5,7 @@ from itertools import pairwise, permutations
 from types import SimpleNamespace
 
 from fuzzed import examples
-from fuzzy_stereo_ros.pairs.frame_names import stamps_of
+from fuzzy_stereo_ros.pairs.frames import stamps_of
 from hypothesis import given, strategies as st
 import pytest
 

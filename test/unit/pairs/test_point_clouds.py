@@ -5,7 +5,7 @@ from array import array
 from types import SimpleNamespace
 
 from fuzzy_stereo_ros.pairs.messages import stamp_of
-from fuzzy_stereo_ros.pairs.point_clouds import fill_points, one_of_each_voxel
+from fuzzy_stereo_ros.pairs.result_messages import fill_points, one_of_each_voxel
 from hypothesis import given, strategies as st
 from made_messages import empty_message, field_of, made_match, make_pair, USUAL_POINTS
 import numpy as np

@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """The maps of a rectification, against a plain camera and what a lens cannot show."""
-from fuzzy_stereo_ros.pairs.lenses import COEFFICIENTS
+from fuzzy_stereo_ros.pairs.camera_files import COEFFICIENTS
 from fuzzy_stereo_ros.pairs.pair_reader import is_inside, OFF_IMAGE, raw_positions
 from made_messages import info, region, rejection_of
 import numpy as np
