@@ -19,17 +19,12 @@ PREPARING, READY, FAILED = 'being prepared', 'from the next pair on', 'cannot be
 
 
 class MatchedPair(NamedTuple):
-    """
-    A pair and the result of matching it.
-
-    config: the MatcherConfig in pixels of the pair's images. before: the FrameState with which
-    the match started, None if there was none; rows: the Rows.
-    """
+    """A pair and the result of matching it."""
 
     pair: StereoPair
     match: Match
-    config: MatcherConfig
-    before: FrameState | None
+    config: MatcherConfig  # in pixels of the pair's images
+    before: FrameState | None  # with which the match started
     rows: Rows
 
 

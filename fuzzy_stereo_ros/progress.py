@@ -16,10 +16,10 @@ COMPILING_BAR = '{l_bar}{bar}|{postfix}'
 LINE_SECONDS = 10   # between two lines on this where there is no terminal
 
 
-def bar(stream, always=False, **options):
-    """Return a progress bar, shown on terminals, and elsewhere if always; options: of tqdm."""
+def bar(stream, **options):
+    """Return a progress bar, shown on terminals; options: of tqdm."""
     columns, rows = get_terminal_size()     # never 0: for a terminal of no size tqdm shows nothing
-    return tqdm(file=stream, disable=not (always or stream.isatty()), ncols=columns, nrows=rows,
+    return tqdm(file=stream, disable=not stream.isatty(), ncols=columns, nrows=rows,
                 **options)
 
 

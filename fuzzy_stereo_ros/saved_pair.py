@@ -72,19 +72,13 @@ def versions():
 
 @dataclass(frozen=True)
 class SavedPair:
-    """
-    A pair, its parameters and its match; ValueError if these do not fit each other.
-
-    pair: the StereoPair that was matched. config: its MatcherConfig. state: the FrameState before
-    the match, or None; rows: the Rows before it. about: {name: text}, further information.
-    versions: as of `versions`.
-    """
+    """A pair, its parameters and its match; ValueError if these do not fit each other."""
 
     pair: StereoPair
     config: MatcherConfig
-    state: FrameState | None
+    state: FrameState | None  # before the match, as rows
     match: Match
-    about: dict = field(default_factory=dict)
+    about: dict = field(default_factory=dict)  # {name: text}, further information
     versions: dict = field(default_factory=versions)
     rows: Rows = Rows()
 

@@ -22,7 +22,6 @@ DISK_BLOCK = 4096   # bytes, of a file system
 CHECKED = 64        # of the last large messages in a database
 TORN = 16           # zeros at the end of the last large message that show that it is not whole
 COMPUTED = re.compile(r'\bVIRTUAL\b|\bAS\b', re.IGNORECASE)   # of tables or columns, in SQL
-SHORTER = 'PRAGMA writable_schema = ON'     # reads a database shorter than it says
 CHUNK, INDEX, MESSAGE, DESCRIPTION, END = 'chunk', 'index', 'message', 'description', 'end'
 
 
@@ -234,7 +233,7 @@ def check_tables(path):
     """Raise ValueError if a file (Path) is a .db3 with rows that are not stored, as of views."""
     with suppress(sqlite3.Error), closing(_database(path)) as database:
         database.text_factory = lambda text: text.decode(errors='replace')
-        database.execute(SHORTER)
+        database.execute('PRAGMA writable_schema = ON')
         for kind, name, text in database.execute(
                 'SELECT type, name, CAST(sql AS TEXT) FROM sqlite_master'):
             if kind not in ('table', 'index') or COMPUTED.search(text or ''):
@@ -282,7 +281,6 @@ class IndexedPath:
         return str(self._path)
 
     def open(self, mode):   # noqa: A003  rosbags calls it
-        """Return the file, open for reading."""
         return io.BufferedReader(_IndexedFile(self._path.open(mode, buffering=0), *self._parts))
 
     def __getattr__(self, name):
@@ -347,14 +345,16 @@ def _indexed_database(path):
         return False
 
     try:
-        cut.execute(SHORTER)
+        cut.execute('PRAGMA writable_schema = ON')      # reads a file shorter than it says
         name = Path(folder.name) / f'index{path.suffix}'
         with closing(sqlite3.connect(name.as_uri(), uri=True)) as index:
-            index.execute(SHORTER)
+            index.execute('PRAGMA writable_schema = ON')
             index.execute('ATTACH ? AS cut', (_uri(path),))
-            for table, in index.execute('SELECT name FROM cut.sqlite_master WHERE name IN '
-                                        "('schema', 'topics', 'message_definitions')").fetchall():
-                index.execute(f'CREATE TABLE {table} AS SELECT * FROM cut.{table}')
+            index.execute('CREATE TABLE topics AS SELECT * FROM cut.topics')
+            with suppress(sqlite3.OperationalError):    # older ones have none
+                index.execute('CREATE TABLE schema AS SELECT * FROM cut.schema')
+                index.execute('CREATE TABLE message_definitions AS '
+                              'SELECT * FROM cut.message_definitions')
             index.execute('CREATE TABLE messages (id INTEGER PRIMARY KEY, topic_id, timestamp, '
                           'data)')
             index.executemany('INSERT INTO messages VALUES (?, ?, ?, CAST(? AS BLOB))', _rows(

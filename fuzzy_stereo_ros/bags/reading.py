@@ -111,10 +111,6 @@ class BagReader:
     def __exit__(self, *error):
         self._open.close()
 
-    def described(self, topics):
-        """Return the two cameras in words; topics: StereoTopics."""
-        return f'{topics.left} and {topics.right}'
-
     def connections(self, topic):
         """Return the list of (connection, reader) of a topic, both of rosbags."""
         return [(connection, file.reader) for file in self._files

@@ -5,5 +5,6 @@ The commands of `fuzzy-stereo`, one module each.
 
 A module has HELP, one line; DESCRIPTION; EXAMPLE; add_arguments(parser); and run(arguments,
 stream), which prints to the stream and returns the exit code, None = 0. A ValueError or OSError of
-run means bad input; its text is the sentence that the user reads.
+run means bad input, before anything is written; its text is the sentence that the user reads.
+progress_stream: for bars and lines, None = standard error.
 """

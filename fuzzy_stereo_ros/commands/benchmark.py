@@ -46,7 +46,6 @@ EXAMPLE = ('examples:\n'
 
 
 def add_arguments(parser):
-    """Add the arguments of `benchmark`."""
     add_options(parser.add_argument_group('the images'), SIZE_OPTIONS)
     parser.add_argument('--repeats', metavar='N', type=int, default=REPEATS,
                         help=f'frames of each matcher; default: {REPEATS}')

@@ -5,7 +5,7 @@ import json
 from pathlib import Path
 
 from fuzzy_stereo_ros.commands.shared_options import UNTOUCHED
-from fuzzy_stereo_ros.pairs.calibration import disparity_of, points_reach
+from fuzzy_stereo_ros.pairs.calibration import disparity_of, points_reach, read_calibration
 from fuzzy_stereo_ros.pairs.disparity_files import (
     check_map_suffix, POINT_SUFFIX, read_depth, read_disparity, write_depth, write_disparity,
     write_point_file)
@@ -38,7 +38,6 @@ EXAMPLE = ('examples:\n'
 
 
 def add_arguments(parser):
-    """Add the arguments of `convert`."""
     parser.add_argument('input', metavar='INPUT', help='.pfm, .npy, .npz, or a picture')
     parser.add_argument('output', metavar='OUTPUT', help='.pfm, .npy, .png or .ply')
     parser.add_argument('--from', dest='source', choices=tuple(READ), default=DISPARITY,
@@ -67,8 +66,13 @@ def run(arguments, stream):
         needed = 'focal', 'baseline'
         if (arguments.source, target) == (DEPTH, POINTS):
             needed = needed[:1]
-        calibration = cameras.read(values.shape, needed, f'{target} from {arguments.source}')
+        purpose = f'{target} from {arguments.source}'
+        calibration = read_calibration(*cameras.cameras(values.shape, purpose, needed=needed)[0])
         remarks = calibration.remarks
+        if not calibration.baseline:
+            *remarks, lacking = remarks
+            if 'baseline' in needed:
+                raise ValueError(f'{purpose} needs a baseline: {lacking}')
         if arguments.source == DISPARITY:
             values = calibration.depth(values)
         elif target == DISPARITY:
@@ -79,7 +83,7 @@ def run(arguments, stream):
             raise ValueError(f'{arguments.image} is {width_by_height(image)}, but there are '
                              f'{width_by_height(values)} pixels')
         farthest = calibration.points_limit(settings['points_max_depth'])
-        remarks += tuple(filter(None, [points_reach(farthest)]))
+        remarks = [*remarks, *filter(None, [points_reach(farthest)])]
         values[values > farthest] = np.nan
         write_point_file(arguments.output, values, calibration.left, image)
     else:

@@ -25,7 +25,7 @@ from fuzzy_stereo_ros.progress import follow
 REPEATS, FRAMES = 3, 20
 # Truths are of the left image; maps are measured as they come and filled, cold and warm.
 DECIDED = ('disparities', 'min_disparity', 'reference', 'fill', 'warm_start', 'threads')
-REPORT_SUFFIXES = {'markdown': '.md', 'csv': '.csv', 'json': '.json', 'html': '.html'}
+REPORT_SUFFIXES = {'csv': '.csv', 'json': '.json', 'html': '.html'}
 STDOUT = '-'
 
 ON_INTERRUPT = UNTOUCHED
@@ -48,7 +48,6 @@ EXAMPLE = ('examples:\n'
 
 
 def add_arguments(parser):
-    """Add the arguments of `evaluate`."""
     parser.add_argument('folders', metavar='DIR', nargs='+',
                         help='a scene, or a folder of scenes; or two folders, patterns or videos '
                              'without ground truth')
@@ -71,7 +70,6 @@ def add_arguments(parser):
     parser.add_argument('--threads', metavar='N', type=int, default=1,
                         help='threads of each matcher, ours and those of OpenCV; default: 1')
     written = parser.add_argument_group('outputs')
-    written.add_argument('--markdown', metavar='FILE.md', help='the tables')
     written.add_argument('--csv', metavar='FILE.csv',
                          help='a row for each scene, matcher, mask and kind of map')
     written.add_argument('--json', metavar='FILE.json', nargs='?', const=STDOUT,
@@ -140,7 +138,7 @@ def run(arguments, stream, progress_stream=None):
     records = [record for one in (*results, *sequences) for record in one.records] + means
     in_json = json.dumps(for_json({
         'settings': report.settings, 'left_out': report.skipped, 'records': records}), indent=2)
-    written = {'markdown': lambda: markdown(report), 'json': lambda: in_json + '\n',
+    written = {'json': lambda: in_json + '\n',
                'csv': lambda: pd.DataFrame(records, columns=COLUMNS, dtype=object).to_csv(
                    index=False, lineterminator='\n'),
                'html': lambda: page_of(report, [gallery.shown[name] for name in gallery.ranked()],

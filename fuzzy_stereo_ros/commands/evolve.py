@@ -40,7 +40,6 @@ LEFT_OUT = 'deadline_ms', 'warm_start'      # observing takes time; a pair has n
 
 
 def add_arguments(parser):
-    """Add the arguments of `evolve`."""
     parser.add_argument('left', metavar='LEFT',
                         help='left image, 8 or 16 bits, grey or colour; or a folder of them')
     parser.add_argument('right', metavar='RIGHT',

@@ -51,7 +51,6 @@ DIFFERENT = 1       # exit code: the match differs from the saved one
 
 
 def add_arguments(parser):
-    """Add the arguments of `match`."""
     parser.add_argument('left', metavar='LEFT', help='left image, 8 or 16 bits, grey or colour')
     parser.add_argument('right', metavar='RIGHT', help='right image, of the same size')
     parser.add_argument('--saved', metavar='FOLDER', action=_Saved,

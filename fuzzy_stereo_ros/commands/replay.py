@@ -52,7 +52,6 @@ EXAMPLE = ('examples:\n'
 
 
 def add_arguments(parser):
-    """Add the arguments of `replay`."""
     parser.add_argument('bags', metavar='BAG', nargs='+',
                         help='bags; several are read as one, in the order of their time. Or '
                              'folders, patterns or videos of the left and of the right camera')
@@ -84,8 +83,6 @@ def add_arguments(parser):
                              'DIR, with the same options; a few earlier pairs are matched again '
                              'to warm up, so that results may differ a little from an '
                              'uninterrupted replay; with workers they are equal')
-    parser.add_argument('--progress', action='store_true',
-                        help='show a progress bar even if standard error is no terminal')
     parser.add_argument('--json', action='store_true', help='print the figures as JSON')
     part = parser.add_argument_group('which pairs')
     part.add_argument('--start', metavar='SECONDS', type=float,
@@ -97,13 +94,9 @@ def add_arguments(parser):
     cameras = parser.add_argument_group('which cameras')
     cameras.add_argument('--left', metavar='TOPIC', help='images of the left camera')
     cameras.add_argument('--right', metavar='TOPIC', help='images of the right camera')
-    video = parser.add_argument_group('video')
-    video.add_argument('--video', metavar='FILE',
-                       help=f"{' or '.join(CODECS)}: image, disparity and confidence side by "
-                            'side, a frame for each pair')
-    video.add_argument('--video-rate', metavar='NUMBER', type=float,
-                       help='frames per second; default: the rate of the first stamps, so that '
-                            'the video is as long as the recording')
+    parser.add_argument('--video', metavar='FILE',
+                        help=f"{' or '.join(CODECS)}: image, disparity and confidence side by "
+                             'side, a frame for each pair, as fast as they were recorded')
     add_camera_options(parser)
     add_node_options(parser, 'how messages become pairs', (*SYNCHRONISING, *READING))
     add_node_options(parser, 'depth and points2', RESULTS)
@@ -149,7 +142,7 @@ def run(arguments, stream, progress_stream=None):
         if not arguments.json:
             stream.write(f'{source.cameras}, calibrated by {source.calibration}\n')
             stream.flush()
-        with ProgressBar(source.expected_pairs(), progress_stream, arguments.progress) as bar:
+        with ProgressBar(source.expected_pairs(), progress_stream) as bar:
             for loss in bags.losses:
                 bar.log(loss)
             stats = _match_all(options, source, outputs, bar)

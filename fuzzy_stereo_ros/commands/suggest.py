@@ -35,7 +35,6 @@ EXAMPLE = ('examples:\n'
 
 
 def add_arguments(parser):
-    """Add the arguments of `suggest`."""
     parser.add_argument('bags', metavar='BAG', nargs='+',
                         help='bags, or folders, patterns or videos, as for replay')
     parser.add_argument('--rate', metavar='NUMBER', type=float,

@@ -38,7 +38,6 @@ EXAMPLE = ('examples:\n'
 
 
 def add_arguments(parser):
-    """Add the arguments of `synthesise`."""
     parser.add_argument('--output', metavar='DIR', required=True,
                         help='new folder; it is written completely or not at all')
     parser.add_argument('--format', choices=FORMATS, default=FORMATS[0],

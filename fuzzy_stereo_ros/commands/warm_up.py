@@ -20,7 +20,6 @@ EXAMPLE = (
 
 
 def add_arguments(parser):
-    """Add the arguments of `warm-up`."""
     add_matcher_options(parser)
 
 

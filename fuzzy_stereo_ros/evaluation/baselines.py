@@ -38,16 +38,12 @@ class Settings:
 
 @dataclass(frozen=True)
 class Baseline:
-    """
-    One of OpenCV's matchers, at the defaults of stereo_image_proc or tuned for a family of scenes.
-
-    rejects_zero: whether a disparity of 0 is invalid: better if nothing is infinitely far.
-    """
+    """One of OpenCV's matchers, at the defaults of stereo_image_proc or tuned for a family."""
 
     name: str
     algorithm: str
     tuned: bool = False
-    rejects_zero: bool = False
+    rejects_zero: bool = False  # a disparity of 0 is invalid: better if nothing is infinitely far
 
     def settings(self, family):
         """Return its `Settings` for a family."""

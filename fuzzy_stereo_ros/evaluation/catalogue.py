@@ -27,32 +27,23 @@ NUMBER = re.compile(r'(.*?)_?(\d+)')
 
 @dataclass(frozen=True)
 class Scene:
-    """
-    A pair with ground truth; `read()` returns its `GroundTruthPair`.
+    """A pair with ground truth; `read()` returns its `GroundTruthPair`."""
 
-    group: of the benchmarks, '' for others. family: MIDDLEBURY or KITTI, whose tuned settings
-    the baselines take. disparities: number to search from 0, None = not known; source: of this
-    number, in words. files: {number of a frame, as in its file names: its `PairFiles`}, empty for
-    a synthetic scene.
-    """
-
-    group: str
+    group: str  # of the benchmarks, '' for others
     name: str
-    family: str
-    disparities: int | None
+    family: str  # MIDDLEBURY or KITTI, whose tuned settings the baselines take
+    disparities: int | None  # number to search from 0, None = not known
     read: Callable
-    source: str = ''
+    source: str = ''  # of this number, in words
     layout: str = ''
-    files: dict = field(default_factory=dict, hash=False)
+    files: dict = field(default_factory=dict, hash=False)  # {number of a frame: `PairFiles`}
 
     @property
     def limit(self):
-        """The error in pixels above which a disparity is bad."""
         return LIMITS[self.family]
 
     @property
     def path(self):
-        """Group and name, as tables show them."""
         return '/'.join(filter(None, (self.group, self.name)))
 
     @property
@@ -67,19 +58,14 @@ class Sequence(Scene):
 
 
 class Layout(NamedTuple):
-    """
-    The file names of a data set, without suffixes; * stands for the number of a frame.
-
-    left, right: images. pattern: of all other files, {} stands for the name. truths: names of the
-    truth of the left image, of which the first existing one counts. right_truth: of the right one.
-    """
+    """The file names of a data set, without suffixes; * stands for the number of a frame."""
 
     name: str
     left: str
     right: str
-    pattern: str = '{}'
-    truths: tuple = TRUTHS
-    right_truth: str = ''
+    pattern: str = '{}'  # of all but the two images; {} stands for the name
+    truths: tuple = TRUTHS  # of the left image; the first existing one counts
+    right_truth: str = ''  # of the right image
 
 
 ONE_PAIR = Layout('left, right and groundtruth', 'left', 'right')

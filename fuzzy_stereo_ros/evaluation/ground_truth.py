@@ -20,41 +20,27 @@ TOLERANCE = 1.0     # px between the truths of a pixel and of its match in the o
 
 @dataclass(frozen=True)
 class GroundTruthPair:
-    """
-    A stereo pair with ground truth.
+    """A stereo pair with ground truth."""
 
-    left, right: uint8 or uint16 (R, C) or (R, C, 3) BGR.
-    truth: float32 (R, C), pixels, NaN = unknown; None = the frame has no truth.
-    counts: bool (R, C), the pixels to score; None = all with a truth.
-    masks: {name of MASKS: bool (R, C)}, in the order of MASKS.
-    """
-
-    left: np.ndarray
+    left: np.ndarray  # uint8 or uint16 (R, C) or (R, C, 3) BGR
     right: np.ndarray
-    truth: np.ndarray | None
-    counts: np.ndarray | None = None
-    masks: dict = field(default_factory=dict)
+    truth: np.ndarray | None  # float32 (R, C), px, NaN = unknown; None = no truth
+    counts: np.ndarray | None = None  # bool (R, C), to be scored; None = all with a truth
+    masks: dict = field(default_factory=dict)  # {name of MASKS, in this order: bool (R, C)}
 
 
 @dataclass(frozen=True)
 class PairFiles:
-    """
-    The paths of the files of a pair.
-
-    family: MIDDLEBURY, or KITTI, whose truth is too sparse to derive occlusion from.
-    truth: of the left image, None = no truth. scale: see `read_truth`.
-    visible_truth: the truth of the pixels that both cameras see. right_truth: of the right image.
-    masks: {name: path} of pictures in which pixels of 255 count.
-    """
+    """The paths of the files of a pair."""
 
     left: Path
     right: Path
-    family: str
-    truth: Path | None = None
-    scale: float | None = None
-    visible_truth: Path | None = None
+    family: str  # MIDDLEBURY, or KITTI, too sparse to derive occlusion from
+    truth: Path | None = None  # of the left image
+    scale: float | None = None  # see `read_truth`
+    visible_truth: Path | None = None  # of the pixels that both cameras see
     right_truth: Path | None = None
-    masks: dict = field(default_factory=dict)
+    masks: dict = field(default_factory=dict)  # {name: path of a picture where 255 counts}
 
     @property
     def derives_visibility(self):

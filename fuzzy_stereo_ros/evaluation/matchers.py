@@ -33,37 +33,23 @@ RESULT_SUFFIXES = ('.pfm', '.npy', '.npz', '.png')     # the first existing one 
 
 
 class Task(NamedTuple):
-    """
-    The task of a matcher.
+    """The task of a matcher."""
 
-    family: MIDDLEBURY or KITTI, for tuned settings. disparities: number to search from 0. size:
-    rows and columns. repeats: number of runs on each frame, of which the fastest counts.
-    """
-
-    family: str
-    disparities: int
-    size: tuple
-    repeats: int
+    family: str  # MIDDLEBURY or KITTI, for tuned settings
+    disparities: int  # number to search from 0
+    size: tuple  # rows and columns
+    repeats: int  # runs on each frame, of which the fastest counts
 
 
 class Maps(NamedTuple):
-    """
-    The result of a matcher on a frame.
+    """The result of a matcher on a frame; None = the matcher does not know it."""
 
-    raw: float32 (R, C), pixels, NaN = invalid. filled: the same without gaps.
-    milliseconds: of the fastest run, of ours from images to raw, of OpenCV's `compute` alone; None
-    = not known.
-    confidence: float32 (R, C), 0 to 1, of raw; None if the matcher has none. misalignment: of the
-    rows so far, None where it is unknown. finding: why little is matched, None if nothing is
-    suspicious.
-    """
-
-    raw: np.ndarray
-    filled: np.ndarray
-    milliseconds: float | None
-    confidence: np.ndarray | None = None
-    misalignment: Misalignment | None = None
-    finding: Finding | None = None
+    raw: np.ndarray  # float32 (R, C), px, NaN = invalid
+    filled: np.ndarray  # the same without gaps
+    milliseconds: float | None  # of ours from images to raw, of OpenCV's `compute` alone
+    confidence: np.ndarray | None = None  # float32 (R, C), 0 to 1, of raw
+    misalignment: Misalignment | None = None  # of the rows so far
+    finding: Finding | None = None  # why little is matched
 
 
 @dataclass(frozen=True)
@@ -87,7 +73,6 @@ class Ours:
             'disparities': disparities, **forced})
 
     def matcher(self, disparities, **forced):
-        """Return a `StereoMatcher` of `config`."""
         return StereoMatcher(self.config(disparities, **forced), self.stages)
 
     @property

@@ -39,19 +39,13 @@ class NoSequence(ValueError):
 
 @dataclass(frozen=True)
 class Result:
-    """
-    The result of matchers on a scene or a sequence.
+    """The result of matchers on a scene or a sequence."""
 
-    subject: the `Scene` or `Sequence`. size: rows and columns. disparities: number searched from
-    0; source: of this number, in words. records: dicts with keys of COLUMNS, one for each matcher,
-    start, mask and map of MAPS.
-    """
-
-    subject: object
-    size: tuple
-    disparities: int
-    source: str
-    records: list
+    subject: object  # the `Scene` or `Sequence`
+    size: tuple  # rows and columns
+    disparities: int  # number searched from 0
+    source: str  # of this number, in words
+    records: list  # dicts by COLUMNS, one for each matcher, start, mask and map of MAPS
 
     @property
     def has_truth(self):

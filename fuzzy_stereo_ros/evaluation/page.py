@@ -35,16 +35,12 @@ class View(NamedTuple):
 
 
 class ShownPair(NamedTuple):
-    """
-    A pair on a page: its name, facts in words, and a list of `View`s.
-
-    bars: [(quantity, name of COLOURS, text of the lower end, of the upper one)], the legend.
-    """
+    """A pair on a page."""
 
     name: str
-    facts: str
-    views: list
-    bars: list
+    facts: str  # in words
+    views: list  # `View`s
+    bars: list  # the legend: [(quantity, name of COLOURS, text of the lower end, of the upper)]
 
 
 class Gallery:
@@ -55,7 +51,6 @@ class Gallery:
     """
 
     def __init__(self, ranked_by):
-        """Begin without scenes."""
         self.ranked_by, self.shown, self._errors, self._limits = ranked_by, {}, {}, {}
 
     def show(self, pair, result, maps):

@@ -16,17 +16,13 @@ import pandas as pd
 
 @dataclass(frozen=True)
 class Table:
-    """
-    A table: the first column has names, the others numbers or words; None prints as a dash.
-
-    digits: after the decimal point of each float.
-    """
+    """A table: the first column has names, the others numbers or words, or None, a dash."""
 
     title: str
     columns: tuple
     rows: list
     note: str = ''
-    digits: int = 2
+    digits: int = 2  # after the decimal point of each float
 
     @classmethod
     def of(cls, title, frame, note='', digits=2):
@@ -50,19 +46,14 @@ class Table:
 
 @dataclass(frozen=True)
 class Report:
-    """
-    The report of a benchmark or an evaluation.
-
-    settings: {what: how} of everything that the figures depend on. skipped: sentences.
-    pictures: {name of a file: its bytes}, to be written beside a page.
-    """
+    """The report of a benchmark or an evaluation."""
 
     name: str
     title: str
-    settings: dict
+    settings: dict  # {what: how} of everything that the figures depend on
     tables: list
-    skipped: list = field(default_factory=list)
-    pictures: dict = field(default_factory=dict)
+    skipped: list = field(default_factory=list)  # sentences
+    pictures: dict = field(default_factory=dict)  # {file beside a page: its bytes}
 
 
 def environment(threads):

@@ -11,29 +11,15 @@ ERROR_LIMIT = 4.0       # px, from which on pictures of errors show all alike
 
 @dataclass(frozen=True)
 class Score:
-    """
-    Figures of a map over the scored pixels: those with ground truth inside the mask.
-
-    pixels: their number.
-    density: percentage of them with a disparity.
-    bad_sparse: {threshold: percentage} of those with a disparity that are off by more than
-        threshold pixels.
-    bad_dense: {threshold: percentage} of all, where a pixel without a disparity is bad.
-    d1_sparse: percentage of those with a disparity that are off by more than 3 px and 5 percent
-        of the truth (KITTI).
-    d1_dense: percentage of all, where a pixel without a disparity is bad.
-    average_error, rms_error: pixels, of those with a disparity.
-
-    A figure of no pixels is NaN.
-    """
+    """Figures of a map over the pixels with ground truth inside the mask; NaN of no pixels."""
 
     pixels: int
-    density: float
-    bad_sparse: dict
-    bad_dense: dict
-    d1_sparse: float
+    density: float          # percentage with a disparity
+    bad_sparse: dict        # {threshold, px: percentage of those that are off by more}
+    bad_dense: dict         # the same of all, where a pixel without a disparity is bad
+    d1_sparse: float        # percentage of those off by more than 3 px and 5 % (KITTI)
     d1_dense: float
-    average_error: float
+    average_error: float    # px, of those with a disparity
     rms_error: float
 
 
@@ -74,28 +60,24 @@ def error_map(disparity, truth):
     return np.where(np.isfinite(error), error, np.nan).astype(np.float32)
 
 
-def flicker(before, after, shift=(0, 0), threshold=1.0, still=None):
+def flicker(before, after, shift=(0, 0)):
     """
-    Return the percentage of pixels that change by more than threshold pixels between two frames.
+    Return the percentage of pixels that change by more than a pixel between two frames.
 
     Only pixels with a disparity in both frames count.
     before, after: float (R, C), pixels, NaN = invalid.
     shift: whole rows and columns by which the scene moved from before to after; a window that
         pans to the right by 2 has (0, -2).
-    still: bool (R, C) of after, where the true disparity did not change; None = everywhere.
     Raises ValueError if the shapes differ, or the shift leaves no pixels.
     """
-    if before.shape != after.shape or (still is not None and still.shape != after.shape):
-        raise ValueError('the two disparity maps and the mask must have one shape')
+    if before.shape != after.shape:
+        raise ValueError('the two disparity maps must have one shape')
     if any(abs(step) >= size for step, size in zip(shift, after.shape)):
         raise ValueError(f'shift is {shift}; nothing is left of {after.shape} pixels')
-    new = tuple(slice(max(step, 0), size + min(step, 0))
-                for step, size in zip(shift, after.shape))
-    old = tuple(slice(max(-step, 0), size + min(-step, 0))
-                for step, size in zip(shift, after.shape))
+    new, old = (tuple(slice(max(sign * step, 0), size + min(sign * step, 0))
+                      for step, size in zip(shift, after.shape)) for sign in (1, -1))
     change = abs(after[new].astype(np.float64) - before[old])
-    counts = np.isfinite(change) if still is None else np.isfinite(change) & still[new]
-    return _percent(change[counts] > threshold)
+    return _percent(change[np.isfinite(change)] > 1)
 
 
 def _percent(which):

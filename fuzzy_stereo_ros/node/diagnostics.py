@@ -33,18 +33,12 @@ LOSSES = {
 
 
 class State(NamedTuple):
-    """
-    What the node is doing.
+    """What the node is doing."""
 
-    loading: progress of the warm-up, '' once the kernels are warm. idle: why there are no
-    subscriptions, '' if there are. silence: s without a pair if that is too long, else 0.
-    preparing: whether changed parameters are being prepared.
-    """
-
-    loading: str = ''
-    idle: str = ''
-    silence: float = 0
-    preparing: bool = False
+    loading: str = ''           # progress of the warm-up, '' once the kernels are warm
+    idle: str = ''              # why there are no subscriptions, '' if there are
+    silence: float = 0          # s without a pair if that is too long, else 0
+    preparing: bool = False     # whether changed parameters are being prepared
 
 
 class Diagnostics:
@@ -106,7 +100,6 @@ class Diagnostics:
             self._rejection = sentence
 
     def close(self):
-        """Destroy the publisher."""
         self._node.destroy_publisher(self._publisher)
 
     def publish(self, now, counts, values, state, finding=None, left_out=()):

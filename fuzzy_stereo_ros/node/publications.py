@@ -38,7 +38,6 @@ class Publications:
         return any(self._is_wanted(topic) for topic in self._publishers)
 
     def close(self):
-        """Destroy the publishers."""
         for publisher in self._publishers.values():
             self._node.destroy_publisher(publisher)
 

@@ -154,21 +154,14 @@ class Subscriptions:
 
 
 class TopicState(NamedTuple):
-    """
-    The state of an input topic.
-
-    received: number of messages since the last pair. publishers: their number now.
-    incompatible: QoS policy that keeps a publisher's messages away, '' if none does.
-    cached: whether an earlier message serves every pair. image: name of the topic from which this
-    name is derived, '' for none.
-    """
+    """The state of an input topic."""
 
     name: str
-    received: int
+    received: int           # messages since the last pair
     publishers: int
-    incompatible: str = ''
-    cached: bool = False
-    image: str = ''
+    incompatible: str = ''  # QoS policy that keeps a publisher's messages away
+    cached: bool = False    # whether an earlier message serves every pair
+    image: str = ''         # the topic from which this name is derived
 
 
 def has_fast_dds_profile():

@@ -10,6 +10,7 @@ from array import array
 import cv2
 from fuzzy_stereo_ros.matching.match import colour_disparity
 from fuzzy_stereo_ros.pairs.calibration import millimetres_of
+from fuzzy_stereo_ros.pairs.camera_files import rectified_cameras
 from fuzzy_stereo_ros.pairs.image_files import in_eight_bits
 from fuzzy_stereo_ros.pairs.messages import fill_header, fill_pixels
 from fuzzy_stereo_ros.pairs.stereo_pair import Projection
@@ -125,13 +126,11 @@ def fill_disparity(message, match, pair, config):
 
 def fill_camera_info(message, pair):
     """Fill and return an empty CameraInfo of the left image as matched: no binning, no region."""
-    fx, fy, cx, cy = pair.calibration.left
     fill_header(message.header, pair)
-    message.height, message.width = pair.left.shape[:2]
-    message.distortion_model = 'plumb_bob'
-    message.d, message.r = array('d', 5 * [0.0]), np.eye(3).ravel()
-    message.k = np.array([fx, 0, cx, 0, fy, cy, 0, 0, 1], np.float64)
-    message.p = np.array([fx, 0, cx, 0, 0, fy, cy, 0, 0, 0, 1, 0], np.float64)
+    camera = rectified_cameras(pair.calibration, *pair.left.shape[:2])['left']
+    message.height, message.width = camera.height, camera.width
+    message.distortion_model, message.d = camera.distortion_model, array('d', camera.d)
+    message.k, message.r, message.p = (np.array(getattr(camera, name)) for name in 'krp')
     return message
 
 

@@ -66,21 +66,13 @@ class Projection(NamedTuple):
 
 @dataclass(frozen=True)
 class Calibration:
-    """
-    The calibration of a rectified pair: depth = focal * baseline / (disparity - offset).
+    """The calibration of a rectified pair: depth = focal * baseline / (disparity - offset)."""
 
-    focal: px of the images as the matcher gets them; 0 if nothing is known. baseline: metres; 0 if
-    unknown, the pair then has no depth.
-    offset: px, cx of the left image minus cx of the right one.
-    left: the Projection of the left camera.
-    remarks: sentences about a calibration that can be used but is probably wrong.
-    """
-
-    focal: float
-    baseline: float
-    offset: float
+    focal: float            # px of the images as the matcher gets them; 0 if nothing is known
+    baseline: float         # m; 0 if unknown, the pair then has no depth
+    offset: float           # px, cx of the left image minus cx of the right one
     left: Projection
-    remarks: tuple = ()
+    remarks: tuple = ()     # sentences about one that can be used but is probably wrong
 
     def depth(self, disparity):
         """
@@ -126,14 +118,9 @@ UNCALIBRATED = Calibration(0.0, 0.0, 0.0, Projection(0.0, 0.0, 0.0, 0.0))
 
 @dataclass(frozen=True)
 class StereoPair:
-    """
-    Two rectified images taken at the same time.
+    """Two rectified images taken at the same time, of one size and dtype, contiguous."""
 
-    left, right: uint8 or uint16, (R, C) or (R, C, 3) BGR, of one size and dtype, contiguous;
-    one may be grey and the other coloured.
-    """
-
-    left: np.ndarray
+    left: np.ndarray                # uint8 or uint16, (R, C) or (R, C, 3) BGR
     right: np.ndarray
     calibration: Calibration
     stamp: int                      # ns

@@ -140,7 +140,6 @@ class CameraOptions:
 
     @classmethod
     def of(cls, arguments):
-        """Return those of parsed arguments."""
         given = (getattr(arguments, field.name) for field in fields(cls))
         return cls(*(tuple(value) if isinstance(value, list) else value for value in given))
 
@@ -161,25 +160,15 @@ class CameraOptions:
 
     @property
     def given(self):
-        """The names of the options that are given."""
         return [field.name for field in fields(self) if getattr(self, field.name) is not None]
-
-    def read(self, shape, needed, purpose):
-        """Return the Calibration; ValueError, too, without those of focal and baseline needed."""
-        calibration = read_calibration(*self.cameras(shape, purpose, needed=needed)[0])
-        if calibration.baseline:
-            return calibration
-        *remarks, lacking = calibration.remarks
-        if 'baseline' in needed:
-            raise ValueError(f'{purpose} needs a baseline: {lacking}')
-        return replace(calibration, remarks=tuple(remarks))
 
     def cameras(self, shape, purpose, raw=False, images=(), needed=ABOVE_ZERO):
         """
         Return the left and the right Camera, and their origin in words.
 
         shape: (R, C) of the images. purpose: what requires cameras, for errors. raw: whether raw
-        images are to be rectified. images: as for `read_cameras`. needed: as for `read`.
+        images are to be rectified. images: as for `read_cameras`. needed: those required of
+        focal and baseline.
         Raises ValueError if one is missing, for camera files of another size, and as
         `read_cameras`.
         """

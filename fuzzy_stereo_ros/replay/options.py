@@ -35,7 +35,6 @@ class ReplayOptions:
     keep: tuple[str, ...] | None = None     # topics to copy, () = all, None = none
     files: tuple[str, ...] = ()             # suffixes of disparity files
     video: str | None = None
-    video_rate: float | None = None         # frames per second
     overwrite: bool = False
     resume: bool = False
     left: str | None = None     # topics of images
@@ -74,7 +73,6 @@ class ReplayOptions:
 
     @property
     def writes_bag(self):
-        """Whether a bag is written."""
         return self.storage != NO_BAG
 
     @property
@@ -95,7 +93,6 @@ class ReplayOptions:
 
     @property
     def result_topics(self):
-        """The names of the topics of these results."""
         return {f'/{topic}' for topic in topics_of(self.bag_results)}
 
     @property
@@ -109,7 +106,6 @@ class ReplayOptions:
         return self.config.at_scale(self.settings['scale'])
 
     def pair_reader(self):
-        """Return the PairReader of these options."""
         return PairReader(*(self.settings[name] for name in READING))
 
     def _check_outputs(self):
@@ -132,8 +128,6 @@ class ReplayOptions:
 
     def _check_video(self):
         if self.video is None:
-            if self.video_rate is not None:
-                raise ValueError('--video-rate needs --video')
             return
         if self.resume:
             raise ValueError(f'--resume cannot continue {self.video}; leave out --video, or start '

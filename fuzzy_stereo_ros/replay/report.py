@@ -16,10 +16,10 @@ from fuzzy_stereo_ros.replay.source import SECOND
 class ProgressBar:
     """A progress bar and log lines on one stream; a context manager."""
 
-    def __init__(self, total, stream=None, always=False):
-        """Start the bar if the stream, None = standard error, is a terminal, or always."""
+    def __init__(self, total, stream=None):
+        """Start the bar if the stream, None = standard error, is a terminal."""
         self._stream, self._logged = stream or sys.stderr, set()
-        self._bar = bar(self._stream, always, total=total, unit=' pairs',
+        self._bar = bar(self._stream, total=total, unit=' pairs',
                         desc='loading the kernels')
 
     def __enter__(self):
@@ -29,7 +29,6 @@ class ProgressBar:
         self._bar.close()
 
     def step(self):
-        """Advance by a pair."""
         self._bar.set_description(refresh=False)
         self._bar.update()
 

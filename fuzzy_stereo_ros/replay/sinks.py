@@ -178,9 +178,7 @@ def opened_video(options, source):
     """Return the sink of --video in a list, [] without; ValueError if it cannot be written."""
     if options.video is None:
         return []
-    rate, config = options.video_rate, options.scaled_config
-    if rate is None:
-        rate = min(max(source.rate(), RATES[0]), RATES[1])
+    rate, config = min(max(source.rate(), RATES[0]), RATES[1]), options.scaled_config
     return [VideoSink(options.video, rate, config.min_disparity,
                       config.min_disparity + config.disparities - 1)]
 
@@ -220,7 +218,6 @@ class BagSink:
                                copying.qualities)
 
     def close(self):
-        """Close the bag."""
         self.bag.close()
 
 

@@ -72,7 +72,8 @@ class ReplaySource:
         self.topics = find_stereo_topics(bags.names, bags.topics, left, right,
                                          settings['rectify'])
         self._infos, self.calibration = _calibration(options, bags, self.topics)
-        self.cameras = bags.described(self.topics)
+        self.cameras = f'{bags.names}, stamped by {bags.stamped_by}' if isinstance(
+            bags, FrameReader) else f'{self.topics.left} and {self.topics.right}'
         self.start, self.stop = _time_range(options, bags)
         self._read = options.pair_reader().read
         queued, self._held = self.topics, ()
@@ -218,10 +219,6 @@ class FrameReader(Frames):
 
     def __exit__(self, *error):
         pass
-
-    def described(self, topics):
-        """Return the two cameras in words; topics: StereoTopics."""
-        return f'{self.names}, stamped by {self.stamped_by}'
 
     def messages(self, topics, start=None, stop=None):
         """Yield each BagMessage of some topics, in order; start, stop: ns."""

@@ -45,25 +45,17 @@ STAY = 2            # seconds for which the last picture stays
 
 
 class Snapshot(NamedTuple):
-    """
-    A generation, of which 0 is the initial population, or a frame, from 1.
-
-    image: the reference image, of which all maps are. best: float32 (R, C), px, the fittest
-    chromosome, of a frame the result. possibility: float32 (R, C), 0 to 1, of the chromosome.
-    fitness: float64 (P,), of all chromosomes, higher is fitter.
-    origin: uint8 (R, C), of the genes of a chromosome: of `paper` of the fittest child, of frames
-    of `realtime` and `fast` of the selected genes of tiles, else MUTATED where the best one was
-    another in the step before. None for the first step without parents.
-    match: of a frame, else None.
-    """
+    """A generation, of which 0 is the initial population, or a frame, from 1."""
 
     number: int
-    image: np.ndarray
-    best: np.ndarray
-    possibility: np.ndarray
-    fitness: np.ndarray
+    image: np.ndarray           # the reference image, of which all maps are
+    best: np.ndarray            # float32 (R, C), px, the fittest chromosome, of a frame the result
+    possibility: np.ndarray     # float32 (R, C), 0 to 1, of the chromosome
+    fitness: np.ndarray         # float64 (P,), of all chromosomes, higher is fitter
+    # uint8 (R, C), of the genes: in `paper` of the fittest child, in frames of `realtime` and
+    # `fast` of those selected in tiles, else MUTATED where another was best before; or None.
     origin: np.ndarray | None
-    match: object = None
+    match: object = None        # of a frame
 
 
 def observe_generations(config, left, right, observe):
@@ -151,7 +143,6 @@ class Record:
     """
 
     def __init__(self, config, truth=None, mask=None, frames=0, profile=None):
-        """Start without generations and frames."""
         self.config, self.truth, self.mask, self.frames = config, truth, mask, frames
         self.profile = profile or config.algorithm
         self.rows, self._kept, self._last = [], {}, None

@@ -27,16 +27,13 @@ WHITE, DARK_GREY = (235, 235, 235), 32
 ENDS = 0.5, 99.5        # percentiles of disparities at the ends of the colours of a picture
 
 
-def check_video(path, rate=RATES[0]):
-    """Raise ValueError if a video cannot be written to a path, or the rate is not allowed."""
+def check_video(path):
+    """Raise ValueError if a video cannot be written to a path."""
     path = Path(path)
     if path.suffix not in CODECS:
         raise ValueError(f"{path} has the suffix '{path.suffix}'; allowed are "
                          f"{', '.join(CODECS)}")
     check_place(path)
-    if not RATES[0] <= rate <= RATES[1]:
-        raise ValueError(f'the rate of {path} is {rate}; allowed are numbers from {RATES[0]:g} '
-                         f'to {RATES[1]:g} frames per second')
 
 
 class VideoFile:
@@ -52,10 +49,10 @@ class VideoFile:
         Prepare a file, which is created with the first frame; an existing one is replaced.
 
         path: .mp4 (H.264 by PyAV, which browsers play; without it MPEG-4) or .avi (Motion
-        JPEG). rate: frames per second.
-        Raises ValueError for another suffix or rate, or if the folder does not exist.
+        JPEG). rate: frames per second, within RATES.
+        Raises ValueError for another suffix, or if the folder does not exist.
         """
-        check_video(path, rate)
+        check_video(path)
         self._path, self.rate = Path(path), rate
         # An absolute path: FFmpeg takes a name before a colon as a protocol.
         self._part = self._path.absolute().with_name(

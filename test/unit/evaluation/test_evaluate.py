@@ -322,16 +322,15 @@ def written(tmp_path_factory):
     write_named(folder / 'data' / 'b', pair(2))
     write_frames(folder / 'data' / 'drive', frames(2), known=[8])
     files = {name: folder / f'out.{end}' for name, end in (
-        ('markdown', 'md'), ('csv', 'csv'), ('json', 'json'), ('html', 'html'))}
+        ('csv', 'csv'), ('json', 'json'), ('html', 'html'))}
     with redirect_stdout(io.StringIO()) as printed, redirect_stderr(io.StringIO()) as said:
         assert main(['evaluate', str(folder / 'data'), '--matcher', 'ours', 'opencv:bm', *(
             word for name, path in files.items() for word in (f'--{name}', str(path)))]) == 0
     return files, printed.getvalue(), said.getvalue()
 
 
-def test_the_tables_are_printed_and_written_alike(written):
-    files, printed, said = written
-    assert files['markdown'].read_text() == printed
+def test_the_tables_are_printed(written):
+    _, printed, said = written
     for title in ('Middlebury, nonocc (pixels that both cameras see): mean of 3 scenes', 'Time',
                   'Middlebury, scenes: bad-1, dense, percent', 'Sequences'):
         assert f'### {title}\n' in printed

@@ -84,7 +84,6 @@ def test_the_error_map_is_absolute_and_invalid_where_either_is():
 def test_flicker_counts_changes_over_the_pixels_valid_in_both():
     after = np.array([[10, 12.5, 11.5, 5, 7], [NAN, 106, 94, 3, 100]], np.float32)
     assert flicker(FOUND, after) == pytest.approx(100 * 2 / 8)
-    assert flicker(FOUND, after, threshold=2) == pytest.approx(100 / 8)
 
 
 @pytest.mark.parametrize('shift', [(0, -2), (0, 2), (1, 0), (-1, 1)])
@@ -94,15 +93,6 @@ def test_a_map_that_moves_with_the_scene_does_not_flicker(shift):
     after = scene[5 - shift[0]:25 - shift[0], 5 - shift[1]:35 - shift[1]]
     assert flicker(before, after, shift) == 0
     assert flicker(before, after) > 50
-
-
-def test_flicker_leaves_out_what_truly_moved():
-    before, after = np.zeros((4, 4)), np.zeros((4, 4))
-    after[0] = 9
-    still = np.ones((4, 4), bool)
-    still[0] = False
-    assert flicker(before, after) == 25
-    assert flicker(before, after, still=still) == 0
 
 
 def test_flicker_rejects_what_cannot_be_compared():

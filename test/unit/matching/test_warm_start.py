@@ -97,7 +97,7 @@ def _course(frames, disparities, pan, warm):
         moved = np.full_like(earlier[2], np.nan)
         moved[:, :moved.shape[1] - pan] = earlier[2][:, pan:]
         still = later[3] & (abs(moved - later[2]) < 0.5)
-        changing.append(flicker(before, after, (0, -pan), still=still))
+        changing.append(flicker(before, np.where(still, after, np.nan), (0, -pan)))
     return Course(float(np.mean(wrong[1:])), float(np.mean(changing)))
 
 

@@ -190,11 +190,9 @@ def test_an_option_has_the_sentence_and_the_default_of_its_parameter(name):
     assert ' '.join(ROWS[name].sentence.split()) in ' '.join(parser.format_help().split())
 
 
-def test_the_bar_is_shown_on_a_terminal_or_where_it_is_asked_for(folder, capsys, monkeypatch):
+def test_the_bar_is_shown_on_a_terminal_alone(folder, capsys, monkeypatch):
     assert replay('bag') == 0
     assert capsys.readouterr().err == ''
-    assert replay('bag', output='shown', options=['--progress']) == 0
-    assert '6/6' in capsys.readouterr().err
     terminal = on_a_terminal(monkeypatch)
     assert replay('bag', output='terminal') == 0
     assert '6/6' in terminal.getvalue()

@@ -56,9 +56,6 @@ def test_a_video_has_image_and_preview_of_each_pair_in_order(folder, suffix):
 def test_the_frames_pass_as_fast_as_the_chosen_pairs_were_taken(folder):
     assert replay('bag', options=['--video', 'third.avi', '--every', 3]) == 0
     assert film(folder / 'third.avi')[1] == pytest.approx(10, rel=1e-3)
-    assert replay('bag', output='given', options=[
-        '--video', 'given.avi', '--video-rate', 2.5]) == 0
-    assert film(folder / 'given.avi')[1] == pytest.approx(2.5, rel=1e-3)
 
 
 @pytest.mark.parametrize(('step', 'rate'), [(0, 10), (1, 240), (60 * 10**9, 0.1)])
