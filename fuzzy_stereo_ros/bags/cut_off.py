@@ -116,8 +116,8 @@ class Ros1:
         """Yield each Record, to the first one that is none or not complete."""
         while start + 8 <= stop:
             data = start + 8 + unpack('<I', _bytes(file, start, start + 4))[0]
-            header, fields = _bytes(file, start + 4, data - 4), {}
-            while data <= stop and header:
+            header, fields = _bytes(file, start + 4, data - 4) if data <= stop else b'', {}
+            while header:
                 field = _sized_at(header, 0)
                 name, _, value = field.partition(b'=')
                 fields[name.decode('latin-1')], header = value, header[4 + len(field):]

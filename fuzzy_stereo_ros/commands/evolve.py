@@ -122,8 +122,8 @@ def _sentences(figures, record):
              + '  off by more than 1 px [%]' * (record.truth is not None)
              + '  gains, and origin of genes']
     for row in record.rows:
-        told = [*(f'{name} {gain:.3g}' for name, gain in row.get('gains', {}).items() if gain),
-                *(f'{word} {100 * share:.1f} %' for word, share in row['origins'].items())]
+        told = [f'{name} +{gain:.3g}' for name, gain in row.get('gains', {}).items() if gain]
+        told += [f'{word} {100 * share:.1f} %' for word, share in row['origins'].items()]
         lines.append(' '.join([
             f"{row['number']:10}", *(f"{row[f'{name}_fitness']:11.5g}" for name in (
                 'best', 'mean', 'worst')),

@@ -318,7 +318,8 @@ class _Layout:
 
 def panels_of(snapshot, record):
     """Return the panels of a Snapshot of a Record, {name: (title, float (R, C), NaN = none)}."""
-    panels = {'best': (f'{record.step} {snapshot.number}: best chromosome', snapshot.best)}
+    what = 'disparity' if record.frames else 'best chromosome'
+    panels = {'best': (f'{record.step} {snapshot.number}: {what}', snapshot.best)}
     if record.truth is not None:
         counted = True if record.mask is None else record.mask
         wrong, = (row['bad_1'] for row in record.rows if row['number'] == snapshot.number)
