@@ -166,7 +166,7 @@ def _own_pairs(arguments, error):
         files = {f'pair {number}': pair_of(
             lambda pair=pair: tuple(one.read() for one in pair), frames.paths)
             for number, (_, *pair) in enumerate(islice(frames.pairs(), arguments.frames))}
-        return Search([], [Scene('', frames.name, MIDDLEBURY, None, tuple, files=files)], [])
+        return Search([], [Scene('', frames.name, MIDDLEBURY, None, None, files=files)], [])
     try:
         found = search([Path(folder) for folder in arguments.folders], None, arguments.only,
                        with_truth=False)

@@ -33,7 +33,7 @@ def pages(tmp_path_factory):
         for side in ('left', 'right'):
             write_image(place / 'scenes' / name / f'{side}.png', getattr(pair, side))
     pages = {}
-    for what, words in {'with truth': [made], 'frames': [f'{made}/left', f'{made}/right'],
+    for what, words in {'with truth': [made],
                         'scenes without truth': [str(place / 'scenes')]}.items():
         pages[what] = place / f'{what}.html'
         assert main(['evaluate', *words, '--repeats', '1', '--html', str(pages[what])]) == 0
@@ -46,7 +46,7 @@ def tab(tmp_path_factory):
         yield tab
 
 
-@pytest.mark.parametrize('what', ['with truth', 'frames', 'scenes without truth'])
+@pytest.mark.parametrize('what', ['with truth', 'scenes without truth'])
 @pytest.mark.parametrize('width', [1600, 1280, 1000, 999, 600, 390, 320])
 def test_every_pair_fits_the_page_and_is_chosen_by_keyboard(pages, tab, what, width):
     tab.show(pages[what], width)
