@@ -198,7 +198,8 @@ def _result_files(words, found, taken):
              for name, files in subject.named_files.items()}
     matchers = []
     for word in words:
-        label, folder = ('', word) if _is_folder_alone(word) else word.split('=', 1)
+        alone = Path(word).is_dir() or '=' not in word      # a folder's name may contain `=`
+        label, folder = ('', word) if alone else word.split('=', 1)
         label = label or Path(folder).resolve().name
         if label in taken:
             raise ValueError(f"two matchers have the name '{label}'; give one of them another: "
@@ -210,11 +211,6 @@ def _result_files(words, found, taken):
                 matcher.read(name, read_image(named[name].left))
         matchers.append(matcher)
     return matchers
-
-
-def _is_folder_alone(word):
-    """Return whether a word of --results is a folder without a name; it may contain `=`."""
-    return Path(word).is_dir() or '=' not in word
 
 
 def _checked_outputs(arguments):
