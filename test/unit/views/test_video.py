@@ -109,16 +109,13 @@ def test_without_a_frame_there_is_no_file(tmp_path):
     assert os.listdir(tmp_path) == []
 
 
-@pytest.mark.parametrize('name, rate, words', [
-    ('video.mov', 10, "has the suffix '.mov'; allowed are .mp4, .avi"),
-    ('none/video.mp4', 10, 'there is no folder'),
-    ('video.mp4', 0, 'is 0; allowed are numbers from 0.1 to 240 frames per second'),
-    ('video.mp4', float('nan'), 'is nan; allowed are numbers'),
-    ('video.avi', 1000, 'is 1000; allowed are numbers')])
-def test_what_cannot_be_written_is_rejected_before_the_first_frame(tmp_path, name, rate, words):
+@pytest.mark.parametrize('name, words', [
+    ('video.mov', "has the suffix '.mov'; allowed are .mp4, .avi"),
+    ('none/video.mp4', 'there is no folder')])
+def test_what_cannot_be_written_is_rejected_before_the_first_frame(tmp_path, name, words):
     for begin in (VideoFile, lambda path, rate: VideoSink(path, rate, *RANGE)):
         with pytest.raises(ValueError, match=words):
-            begin(tmp_path / name, rate)
+            begin(tmp_path / name, 10)
     assert os.listdir(tmp_path) == []
 
 
