@@ -111,7 +111,6 @@ class Parser(argparse.ArgumentParser):
         return self._subparsers is not None
 
     def waive(self, *names):
-        """Make required arguments optional."""
         for action in self._actions:
             if action.dest in names:
                 action.required = False

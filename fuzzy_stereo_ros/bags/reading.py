@@ -91,11 +91,11 @@ class BagReader:
                     if connection.msgcount and (topic + kind).isprintable():
                         self.topics[topic] = BagTopic(kind, before + connection.msgcount)
             filled = [file.reader for file in self._files if file.reader.message_count]
+            self.begin = min((reader.start_time for reader in filled), default=0)
+            self.end = max((reader.end_time for reader in filled), default=0) - 1
+            self.losses += [self._loss(file) for file in self._files if file.recovered]
             if not filled:
                 raise ValueError('; '.join((f'{self.names} has no messages', *self.losses)))
-            self.begin = min(reader.start_time for reader in filled)
-            self.end = max(reader.end_time for reader in filled) - 1
-            self.losses += [self._loss(file) for file in self._files if file.recovered]
             self._open = opening.pop_all()
 
     def _loss(self, file):

@@ -124,7 +124,6 @@ def _check_output(arguments, target, cameras):
 
 
 def _figures(arguments, target, values):
-    """Return the figures of the result for JSON; low, high: None if nothing is valid."""
     valid = values[np.isfinite(values)]
     return {
         'output': arguments.output, 'from': arguments.source, 'to': target,

@@ -49,7 +49,8 @@ class ReplayOptions:
 
     def __post_init__(self):
         self._check_outputs()
-        self._check_video()
+        if self.video is not None:
+            self._check_video()
         if self.duration is not None and not (math.isfinite(self.duration) and self.duration > 0):
             raise ValueError(f'--duration is {self.duration:g}; allowed are numbers above 0')
         for name in ('every', 'workers'):
@@ -127,8 +128,6 @@ class ReplayOptions:
                              'beyond that: give npy or pfm')
 
     def _check_video(self):
-        if self.video is None:
-            return
         if self.resume:
             raise ValueError(f'--resume cannot continue {self.video}; leave out --video, or start '
                              'over with --overwrite')

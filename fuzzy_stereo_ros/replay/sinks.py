@@ -97,12 +97,15 @@ class Outputs:
         if not self._options.writes_bag:
             self._last.extend(_read_progress(self.path / PROGRESS))
         elif (self.path / METADATA).exists():
-            with BagReader([self.path]) as bag:
-                if bag.losses:
-                    raise ValueError(f'{bag.losses[0]}; start over with --overwrite')
-                self._last.extend(
-                    (message.log_time, read_stamped(message)[0]) for message in bag.newest(
-                        f'/{DISPARITY}', bag.end + 1, self._last.maxlen))
+            try:
+                with BagReader([self.path]) as bag:
+                    if bag.losses:
+                        raise ValueError(bag.losses[0])
+                    self._last.extend(
+                        (message.log_time, read_stamped(message)[0]) for message in bag.newest(
+                            f'/{DISPARITY}', bag.end + 1, self._last.maxlen))
+            except ValueError as error:
+                raise ValueError(f'{error}; start over with --overwrite') from error
         return tuple(self._last)
 
     def _open(self):

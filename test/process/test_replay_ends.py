@@ -247,7 +247,7 @@ def test_a_damaged_bag_is_matched_up_to_the_damage(folder, capsys, form, length)
 
 @pytest.mark.parametrize(('form', 'name'), [
     ('ros1', 'bag.bag'), ('mcap', 'bag/bag.mcap'), ('sqlite3', 'bag/bag.db3')])
-def test_of_a_recording_that_was_cut_off_all_pairs_before_that_are_matched(
+def test_of_a_recording_that_was_cut_off_all_whole_chunks_are_matched(
         folder, capsys, form, name):
     pairs = scene(60, rows=120, columns=240)
     path = write_bag(folder / name.split('/')[0], form, pairs)
@@ -255,7 +255,7 @@ def test_of_a_recording_that_was_cut_off_all_pairs_before_that_are_matched(
     (folder / name).write_bytes(whole[:len(whole) // 2])
     assert replay(path.name) == 0
     found, printed = disparities(folder / 'out'), capsys.readouterr()
-    assert 28 <= len(found) <= 30
+    assert (28 if form == 'sqlite3' else 16) <= len(found) <= 30     # 18 pairs make a chunk
     assert equal(found, dict(zip(stamps(60), chain(pairs[:len(found)], 0))))
     words = f'{name} was cut off: its '
     assert words in printed.err and words in printed.out
@@ -271,7 +271,7 @@ def test_a_damaged_output_is_not_continued(folder, capsys, interrupted, storage)
     whole = file.read_bytes()
     file.write_bytes(whole[:len(whole) * 3 // 4])
     assert rejection(capsys, 'bag', options=['--format', storage, '--resume']).endswith(
-        'any later ones are lost; start over with --overwrite')
+        '; start over with --overwrite')
 
 
 LOADING = """\
