@@ -1,10 +1,10 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-The chromosome at half size, which limits the disparity ranges of the full search.
+The chromosome at half size, a parent of the one at full size.
 
-Not in the paper. It is searched for each pair without the previous frame, so that it shows where
-the previous best is outdated; where texture is weak it is a prior of the full search.
+Not in the paper. It is searched for each pair among all labels, without the previous frame, so
+that it shows where the previous best is outdated; where texture is weak it is a prior as well.
 """
 from math import hypot
 from typing import NamedTuple
@@ -15,7 +15,7 @@ from fuzzy_stereo_ros.matching.kernels.possibility.costs import Prior, weight_of
 from fuzzy_stereo_ros.matching.kernels.refinement import filling
 from fuzzy_stereo_ros.matching.kernels.refinement.consistency import check_consistency
 from fuzzy_stereo_ros.matching.kernels.refinement.square_median import square_median
-from fuzzy_stereo_ros.matching.kernels.scanlines import disparity_ranges
+from fuzzy_stereo_ros.matching.kernels.scanlines import half_size_prior
 from fuzzy_stereo_ros.matching.kernels.scanlines.volume import SearchResult
 from fuzzy_stereo_ros.matching.realtime.refinement import Speckles
 from fuzzy_stereo_ros.matching.realtime.scanlines import gene_type, Scanlines
@@ -100,15 +100,15 @@ class HalfSize:
 
         def fill(band):
             filling.fill_rows(chosen.labels, self._validity, self._filled, band[1], band[2])
-            disparity_ranges.texture_steps(grey, self._steps, band[1], band[2])
+            half_size_prior.texture_steps(grey, self._steps, band[1], band[2])
 
         def write_limits(band):
             _, first, last = band
             self._certainty[2 * first:2 * last] = SURE
             square_median(self._filled, self._labels, *widened(band, 1, rows))
-            disparity_ranges.weak_texture(self._steps, limit, self.weak, first, last)
-            disparity_ranges.flat(self._labels, FLAT, self._smooth, first, last)
-            disparity_ranges.half_prior(
+            half_size_prior.weak_texture(self._steps, limit, self.weak, first, last)
+            half_size_prior.flat(self._labels, FLAT, self._smooth, first, last)
+            half_size_prior.half_prior(
                 self._labels, (chosen.labels, chosen.offsets, chosen.margins, self._validity),
                 self.weak, self._smooth, CLEAR, WEAK, tuple(prior), first, last)
         bands = pool.parts(rows)

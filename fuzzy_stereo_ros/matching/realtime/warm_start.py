@@ -14,7 +14,7 @@ from typing import NamedTuple
 from fuzzy_stereo_ros.matching.arrays import zeros
 from fuzzy_stereo_ros.matching.bands import widened
 from fuzzy_stereo_ros.matching.kernels.possibility.costs import Prior, weight_of
-from fuzzy_stereo_ros.matching.kernels.scanlines import disparity_ranges
+from fuzzy_stereo_ros.matching.kernels.scanlines import half_size_prior
 from fuzzy_stereo_ros.matching.kernels.temporal import previous_best
 from fuzzy_stereo_ros.matching.kernels.temporal.change_detection import TILE
 from fuzzy_stereo_ros.matching.kernels.temporal.motion import move_map
@@ -193,8 +193,8 @@ class WarmStart:
             half_band = band[0], *(TILE // 2 * tile_row for tile_row in band[1:])
             previous_best.trusted_cells(labels, validity, half.labels, DISTANCE, self._half_labels,
                                         self._trusted, *widened(half_band, 1, rows))
-            disparity_ranges.flat(self._half_labels, FLAT, self._smooth,
-                                  *widened(half_band, 0, rows))
+            half_size_prior.flat(
+                self._half_labels, FLAT, self._smooth, *widened(half_band, 0, rows))
             previous_best.previous_prior(
                 self._trusted, self._smooth, WEIGHTS[self._strengths], self._weights, *band[1:])
         pool.each(weigh, bands)

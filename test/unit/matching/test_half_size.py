@@ -3,7 +3,7 @@
 """The half-size search as a whole, and the prior that it gives the full one."""
 from census_scene import random_map, read_moved, small_pair
 from fuzzy_stereo_ros.matching.bands import ThreadPool
-from fuzzy_stereo_ros.matching.kernels.scanlines.disparity_ranges import flat
+from fuzzy_stereo_ros.matching.kernels.scanlines.half_size_prior import flat
 from fuzzy_stereo_ros.matching.kernels.units import INVALID
 from fuzzy_stereo_ros.matching.over_frames.pictures import luminance_shift
 from fuzzy_stereo_ros.matching.realtime.half_size import (
