@@ -13,8 +13,7 @@ from fuzzy_stereo_ros.matching.realtime.half_size import HalfSizeResult, SURE
 from fuzzy_stereo_ros.matching.realtime.matcher import Stages
 from fuzzy_stereo_ros.matching.realtime.operators import NotMutated
 from fuzzy_stereo_ros.matching.realtime.plain_regions import (
-    BURNT, CLIP, LEAST_CLIP, NEAREST, PLAIN_STEP, PlainRegions)
-from fuzzy_stereo_ros.matching.realtime.region_votes import elect, GROUPS
+    BURNT, CLIP, elect, GROUPS, LEAST_CLIP, NEAREST, PLAIN_STEP, PlainRegions)
 from fuzzy_stereo_ros.matching.realtime.views import Views
 import numpy as np
 import pytest

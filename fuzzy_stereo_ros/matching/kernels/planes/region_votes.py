@@ -5,7 +5,7 @@ The evidence of the cells of plain regions, summed, and the planes that it suppo
 
 The evidence is a curve over the disparities for each cell, see plain_regions.py. A sum over cells
 is measured in its standard deviations if cells were independent, so that no estimate of noise is
-needed. What is taken of it is decided in realtime/region_votes.py.
+needed. What is taken of it is decided in realtime/plain_regions.py.
 """
 from typing import NamedTuple
 
