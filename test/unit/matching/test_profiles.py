@@ -10,7 +10,7 @@ from bench.conditions import misaligned
 from fuzzy_stereo_ros.matching import MatcherConfig, PROFILES, StereoMatcher
 from fuzzy_stereo_ros.matching.match import Camera
 from fuzzy_stereo_ros.matching.matcher import ALGORITHMS
-from fuzzy_stereo_ros.matching.over_frames.camera_motion import FOLLOWED
+from fuzzy_stereo_ros.matching.over_frames.moving_camera import FOLLOWED
 from fuzzy_stereo_ros.synthetic.scenes import FOCAL, make_pair, make_sequence
 from made_scenes import bits, matched, scene
 import numpy as np
