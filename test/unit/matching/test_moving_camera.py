@@ -212,3 +212,13 @@ def test_the_motion_of_the_right_camera_is_that_of_the_left_one_mirrored():
     turned, moved = mirrored.moved
     seen, expected = ((point - (1, 0, 0)) * (-1, 1, 1), (there - (1, 0, 0)) * (-1, 1, 1))
     np.testing.assert_allclose(turned @ seen + moved, expected, atol=1e-12)
+
+
+@pytest.mark.parametrize('camera', [
+    CAMERA._replace(fx=1.0, fy=1.0, cx=1.0, cy=1.0), CAMERA._replace(fx=1e9, fy=1e-9),
+    CAMERA._replace(offset=1e6), CAMERA._replace(cx=-1e6)])
+def test_an_impossible_calibration_raises_no_error(camera):
+    made = matcher()
+    for pair in drive(4, noise=6.0)[:3]:
+        match = made.match(pair.left, pair.right, camera=camera)
+    assert match.motion != '' and np.isfinite(match.disparity).all()

@@ -116,6 +116,18 @@ def test_grey_in_colour_is_matched_as_grey(config):
 # ---- what comes out ----
 
 
+def test_strided_and_read_only_images_are_matched_as_any_and_stay_as_they_are(config):
+    pair = scene()
+    wide = np.repeat(pair.left, 2, axis=1)
+    strided = pair._replace(left=wide[:, ::2], right=np.asfortranarray(pair.right))
+    left, right = pair.left.copy(), pair.right.copy()
+    left.flags.writeable = right.flags.writeable = False
+    expected = bits(usual(config))
+    assert bits(matched(strided, config)) == expected
+    assert bits(matched(pair._replace(left=left, right=right), config)) == expected
+    np.testing.assert_array_equal(left, pair.left)
+
+
 def test_a_fill_is_dense_and_keeps_the_rest_and_its_confidence(config):
     pair = scene()
     threshold = float(np.median(matched(pair, config, fill=True).confidence))
