@@ -6,6 +6,7 @@ from dataclasses import asdict, replace
 from functools import partial
 import json
 from pathlib import Path
+import shutil
 import sys
 
 from bench import ablation, accuracy, conditions, drift, paper_tables, speed, tuning, warm
@@ -84,6 +85,9 @@ def run(arguments):
         repeats = QUICK_REPEATS if arguments.quick else REPEATS
     if repeats < 1:
         raise ValueError(f'--repeats is {repeats}; allowed are 1 and more')
+    if arguments.python is not None and shutil.which(arguments.python) is None:
+        raise ValueError(f'--python is {arguments.python!r}, which cannot be run; give the path '
+                         'of a Python')
     if arguments.output is not None:
         check_page(arguments.output)
     if arguments.csv is not None:

@@ -55,6 +55,7 @@ def test_a_suite_runs_in_its_short_form_and_fills_its_section(name, tmp_path, mo
     (['speed', '--repeats', '0'], '--repeats is 0'),
     (['speed', '--quick', '--repeats', '0'], '--repeats is 0'),
     (['speed', '--quick', '--only', 'middv2'], "--only is 'middv2'"),
+    (['speed', '--quick', '--python', 'no_python'], "--python is 'no_python'"),
     (['accuracy', '--only', 'nothing'], "--only is 'nothing'"),
     (['accuracy', '--data', 'nowhere'], 'no folder nowhere'),
     (['accuracy', '--output', 'page.html'], 'suffix'),
