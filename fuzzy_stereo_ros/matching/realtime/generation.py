@@ -25,6 +25,7 @@ import numpy as np
 GROW = 8        # px around a tile whose half-size genes it inherits, as they were found
 NO_PARENT = Parent(*(0,) * 5, 1, 1, *(0,) * 5)
 SPARE = 4       # by 1 / SPARE more memory is made than a frame needs
+USUAL = 12      # genes of a tile, for which memory is made before the first frame
 
 
 def parent_of(labels, validity=None, cell=1, scale=1, grow=0, choices=None, shift=(0, 0)):
@@ -73,7 +74,8 @@ class Generation:
         self._own = [[address_of(memory) + start for start in (0, *ends[:-1])]
                      for memory in self._memory]
         self._sums, self._lines = np.empty(0, np.uint8), np.empty((MOST_PARTS, 2, 0), np.uint8)
-        self._scratch = self._scratch_of_lines()
+        self.counts[:] = USUAL
+        self._have_memory()
 
     def _scratch_of_lines(self):
         """Return the Scratch of each part, with the memory for rows and columns of tiles."""
