@@ -9,7 +9,7 @@ best of all choices, by a minimum cut (Lempitsky et al., Fusion moves for Markov
 optimization, 2010).
 """
 from fuzzy_stereo_ros.matching.arrays import zeros
-from fuzzy_stereo_ros.matching.kernels.genetic.exchange import copy_taken, Sets, take_regions
+from fuzzy_stereo_ros.matching.kernels.genetic.exchange import copy_taken, take_regions
 from fuzzy_stereo_ros.matching.kernels.genetic.minimum_cut import (
     load, maximum_flow, OUTSIDE, SOURCE, Trees)
 import numpy as np
@@ -55,7 +55,7 @@ class Exchange:
         self.set_size(cells.size)
 
     def changes(self, part=slice(None)):
-        """Return the fields of the `Changes` of all cells or some, as kernels take them."""
+        """Return cells, alone and pairs of all cells or some, as kernels take them."""
         return self.cells[part], self.alone[part], self.pairs[part]
 
     def take(self, first, second):
@@ -68,12 +68,8 @@ class Regions:
 
     def __init__(self, rows, columns, advantage=0):
         """advantage: cost a cell by which a region must be the cheaper one to be taken."""
-        self._columns, self._advantage = columns, advantage
-        size = rows * columns
-        self._places = zeros(size, np.int32)
-        self._region = zeros((rows + 2) * (columns + 1) + 1, np.int32)
-        self._sets = tuple(Sets(*(
-            zeros(size // 2 + 2, kind) for kind in (np.int32, np.int64, np.int32))))
+        self._advantage, self._region = advantage, zeros((rows + 3, columns + 1), np.int32)
+        self._sets = [zeros(rows * columns // 2 + 2, kind) for kind in (np.int32, np.int64)]
 
     def __call__(self, exchange, random=None):
         """Choose the cells; return the change of cost, not above 0."""
@@ -82,8 +78,8 @@ class Regions:
 
     def keep_gains(self, exchange):
         """Take only the connected regions of the taken cells that gain; return the change."""
-        return take_regions(exchange.changes(), self._columns, self._advantage, exchange.taken,
-                            self._places, self._region, self._sets)
+        return take_regions(
+            exchange.changes(), self._advantage, exchange.taken, self._region, *self._sets)
 
 
 class Cut:

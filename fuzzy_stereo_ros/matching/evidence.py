@@ -17,7 +17,6 @@ import numpy as np
 LEAST_CORRELATION = 0.27  # of 3 x 3 blocks; noise that a search has matched reaches .25
 SIGNAL = 3.0         # times the noise, standard deviation, above which a window shows a signal
 UNSEEN = 0.14        # grey levels at half size, standard deviation: of rounding
-BRIGHT = 254         # grey levels from which a pixel is clipped; the least luminance is 0
 GREY_LEVEL = 256     # of luminance
 HALVED = 0.5         # share of the noise of a picture that is left at half size
 
@@ -41,8 +40,7 @@ class Evidence:
         """Add up the blocks that begin in a band of rows of a map, (R, C) labels."""
         first, last = (min(-(-row // (2 * BLOCK)), len(self._seen)) for row in band[1:])
         sum_blocks(labels, self._left.luminance, self._right.luminance,
-                   (self._shift, self._right.columns, 0, BRIGHT * GREY_LEVEL), self._sums,
-                   self._clipped, first, last)
+                   self._shift, self._sums, self._clipped, first, last)
 
     def judge(self):
         """Decide of which blocks the pair shows something, once all are added up."""

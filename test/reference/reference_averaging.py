@@ -138,11 +138,11 @@ def _chosen(differences, ages, noises, rules):
     for at in np.ndindex(choices.shape):
         shift = int(np.argmin(differences[(slice(None), 0, *at)]))
         size, *blocks = differences[(shift, slice(4), *at)]
-        mosts = (rules.white, rules.peak, rules.bump)
-        if (ages[(shift, *at)] > 0 and size <= rules.loud * noises[(shift, *at)] + rules.slack
-                and all(block <= most * size + 2 * rules.slack
+        mosts = (rules.WHITE, rules.PEAK_LIMIT, rules.BUMP_LIMIT)
+        if (ages[(shift, *at)] > 0 and size <= rules.LOUD * noises[(shift, *at)] + rules.SLACK
+                and all(block <= most * size + 2 * rules.SLACK
                         for block, most in zip(blocks, mosts))):
-            choices[at], new_ages[at] = shift, min(ages[(shift, *at)] + 1, rules.oldest)
+            choices[at], new_ages[at] = shift, min(ages[(shift, *at)] + 1, rules.OLDEST)
     return choices, new_ages
 
 
@@ -165,7 +165,7 @@ def brought_forward(source, choices, down, right, outside, tile=16):
 
 def added_drifts(differences, rules, choices, drifts_then):
     """Return the drifts of tiles with this frame: float64 (2, tile rows, tile columns)."""
-    found, keep = np.zeros((2, *choices.shape)), 1 - 1 / rules.oldest
+    found, keep = np.zeros((2, *choices.shape)), 1 - 1 / rules.OLDEST
     for at in np.ndindex(choices.shape):
         if choices[at] >= 0:
             size, blocks, _, _, product, variance, _ = differences[(choices[at], slice(None), *at)]
@@ -181,7 +181,7 @@ def drifting(rules, choices, drifts):
     found = np.zeros(choices.shape, bool)
     for row, column in np.argwhere(choices >= 0):
         around = drifts[:, max(row - 1, 0):row + 2, max(column - 1, 0):column + 2]
-        found[row, column] = any(total**2 > rules.drift**2 * variance for total, variance in (
+        found[row, column] = any(total**2 > rules.DRIFT**2 * variance for total, variance in (
             around.sum(axis=(1, 2)), drifts[:, row, column]))
     return found
 

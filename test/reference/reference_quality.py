@@ -197,19 +197,12 @@ def cost_at(cell, disparity, disparities):
     return np.interp(disparity, np.arange(disparities), known)
 
 
-def step_cost(one, other, slope, free, jump):
-    """Return what a step of disparity costs."""
-    return min(max(abs(float(one) - float(other)) - free, 0) * slope, jump)
-
-
-def surface_cost(surface, gene_costs, across, down, slope, free, jump):
-    """Return what a map costs: its matches, float (R, C), and its steps."""
+def surface_cost(surface, gene_costs, across, down, rules):
+    """Return what a map costs: its matches, float (R, C), and its steps, each in whole parts."""
     total = float(gene_costs.sum())
-    for row, column in np.ndindex(surface.shape):
-        if column > 0:
-            total += across[row, column] * step_cost(
-                surface[row, column], surface[row, column - 1], slope, free, jump)
-        if row > 0:
-            total += down[row, column] * step_cost(
-                surface[row, column], surface[row - 1, column], slope, free, jump)
+    for axis, weights in enumerate((down, across)):
+        steps = abs(np.diff(surface, axis=axis))
+        costs = np.minimum(np.maximum(steps - rules.FREE, np.float32(0)) * rules.SLOPE, rules.JUMP)
+        costs = np.delete(weights, 0, axis) * costs
+        total += np.rint(rules.COST_PARTS * costs.astype(float)).sum() / rules.COST_PARTS
     return total

@@ -51,9 +51,9 @@ def census_distances(moved, half, near, lowest, view, now, before):
     return found
 
 
-def trusted_moved(moved, source, validity, distances, half, half_distances, rules, survived):
+def trusted_moved(moved, source, before, distances, half, half_distances, rules):
     """Return how much the search may lean on each cell."""
-    most, near, likelier, flat, longest = rules
+    most, near, likelier, flat = rules
     found = np.zeros(moved.shape, np.uint8)
     for row, column in np.ndindex(moved.shape):
         around = moved[max(row - 1, 0):row + 2, max(column - 1, 0):column + 2]
@@ -62,29 +62,28 @@ def trusted_moved(moved, source, validity, distances, half, half_distances, rule
         agrees = abs(2.0 * half[row, column] + 0.5 - moved[row, column]) <= near
         better = int(distances[row, column]) + likelier <= int(half_distances[row, column])
         if (source[row, column] >= 0 and distances[row, column] <= most
-                and validity[then] == 0 and (agrees or better)
+                and (agrees or better)
                 and around.max() - around.min() <= flat):
-            found[row, column] = min(survived[then] + 1, longest)
+            found[row, column] = before[then]
     return found
 
 
-def moved_prior(moved, strengths, highest, by_strength, known, weights):
+def moved_prior(moved, moved_weights, highest, known, weights):
     """Return labels and weights at full size."""
     def spread(cells):
         full = np.repeat(np.repeat(cells, 2, axis=0), 2, axis=1)
         missing = np.subtract(known.shape, full.shape)
         return np.pad(full, ((0, missing[0]), (0, missing[1])), 'edge')
 
-    moves = (weights == 0) & (spread(strengths) > 0)
+    moves = (weights == 0) & (spread(moved_weights) > 0)
     labels = np.where(moves, np.minimum(np.floor(spread(moved) + 0.5), highest), known)
-    return labels, np.where(moves, by_strength[spread(strengths)], weights)
+    return labels, np.where(moves, spread(moved_weights), weights)
 
 
-def note_survivors(fine, steps, moved, strengths, source, survived):
-    """Return labels of cells with their fractions, and how many frames they survived."""
-    labels = (fine[::2, ::2][:moved.shape[0], :moved.shape[1]] / steps).astype(np.float32)
-    stayed = (strengths > 0) & (abs(labels - moved) <= 1)
-    return labels, np.where(stayed, np.minimum(
+def note_survivors(labels, moved, moved_weights, source, survived):
+    """Return how many frames the labels of cells survived."""
+    stayed = (moved_weights > 0) & (abs(labels - moved) <= 1)
+    return np.where(stayed, np.minimum(
         survived.ravel()[source].astype(int) + 1, 255), 0)
 
 

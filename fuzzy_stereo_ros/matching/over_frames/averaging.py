@@ -21,15 +21,14 @@ from fuzzy_stereo_ros.matching.kernels.temporal.change_detection import (
     blend, compare_tiles, MEASURES, roughness, TILE)
 from fuzzy_stereo_ros.matching.kernels.temporal.motion import best_shift, move_ages, thumbnail
 from fuzzy_stereo_ros.matching.kernels.temporal.unchanged_tiles import (
-    add_drifts, choose_tiles, reject_drifting, Rules, tile_noises)
+    add_drifts, choose_tiles, reject_drifting, tile_noises)
 import numpy as np
 
 THUMBNAIL = 60       # rows or columns, at least, of the thumbnails that are correlated
 SMALLEST = 16        # rows and columns of a thumbnail that phase correlation can work with
 CORRELATION_ERROR = 2  # px of error of the correlation
 SAMPLED = 16         # every SAMPLED-th row is compared to find the exact shift
-RULES = Rules(loud=1.2, white=1.5, peak=1.3, bump=1.8, slack=0.3, oldest=32, drift=6.0,
-              alike=0.55)
+ALIKE = 0.55         # correlation of the changes in both views from which a tile moves
 LIKE = 2.5           # limit of the difference of an averaged pixel, as a factor of its tile's
 STILL = 0.8          # share of unchanged tiles from which the picture counts as still
 ANOTHER = 0.3        # share of unchanged tiles below which the scene is another one
@@ -209,7 +208,7 @@ class Averaging:
             tiles = self.tiles[side]
             differences = tiles.differences[:number]
             noises[side] = tile_noises(differences, tiles.rough, tiles.noises)
-            choose_tiles(differences, tiles.ages_then[:number], tiles.noises, tuple(RULES),
+            choose_tiles(differences, tiles.ages_then[:number], tiles.noises,
                          tiles.choices, tiles.ages, tiles.sizes)
         chain, noises = Chain(pool), [0.0, 0.0]
         chain.each(compare, self.parts(pool))
@@ -226,7 +225,7 @@ class Averaging:
         pool.each(lambda band: changes_alike(
             tuple(view.luminance for view in views), history.pictures, labels, self._offset,
             (shifts[0], left.differences, left.choices), self._alike, *band[1:]), self.parts(pool))
-        moves = self._alike > RULES.alike
+        moves = self._alike > ALIKE
         if moves.any():
             left.choices[moves], left.ages[moves] = -1, 1
             reject_pointed_at(moves, labels, self._offset, right.choices, right.ages)
@@ -234,10 +233,8 @@ class Averaging:
     def _reject_drifting(self, labels):
         """Restart tiles that drift in the direction of a motion over frames."""
         for tiles in self.tiles:
-            add_drifts(tiles.differences, tuple(RULES), tiles.choices, tiles.drifts_then,
-                       tiles.drifts)
-            reject_drifting(tuple(RULES), tiles.choices, tiles.ages, tiles.drifts.copy(),
-                            tiles.drifts)
+            add_drifts(tiles.differences, tiles.choices, tiles.drifts_then, tiles.drifts)
+            reject_drifting(tiles.choices, tiles.ages, tiles.drifts)
         ages_of_both(self.ages, labels, self._offset, self.shifts[0], self.tiles[0].choices,
                      self.ages_of_both)
 

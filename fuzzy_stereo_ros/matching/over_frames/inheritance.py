@@ -161,11 +161,10 @@ class Inheritance:
         Write the map of a view that is inherited.
 
         before: (R, C), the map of the previous frame; fresh: (R, C), genes of new cells; genes:
-        (R, C), written, whole numbers or float32; side: 1 for the mirrored right view
+        (R, C), written, uint16 or float32; side: 1 for the mirrored right view
         """
-        rounding = 0.0 if genes.dtype == np.float32 else 0.5
         warp.inherit(before, self._origins[side], self._lowest, self._scales[side],
-                     self._highest, rounding, fresh, genes)
+                     self._highest, fresh, genes)
 
     def seen(self, labels):
         """Return where the pair shows what a map, (R, C) labels, matches: bool (R, C)."""

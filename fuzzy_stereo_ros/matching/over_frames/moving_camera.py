@@ -123,16 +123,16 @@ class MovingCamera:
     description: how the camera moved, '' where no camera is given; motion: the `CameraMotion`,
     None where the camera was not followed; lowest: px, the disparity of label 0; offset: px, of
     the principal points; moved: float32 (r, c), labels of cells, and source: int32 (r, c), where
-    they were, see warp.move_labels
+    they were, see warp.move_labels; bands: of rows of cells
     """
 
     def __init__(self, rows, columns, min_disparity):
         """Allocate for images of a size."""
         cells = rows // 2, columns // 2
-        self._shape, self._bands = (rows, columns), cut_bands(cells[0])
+        self._shape, self.bands = (rows, columns), cut_bands(cells[0])
         self.moved, self._right = (np.zeros(cells, np.float32) for _ in range(2))
         self.source = np.zeros(cells, np.int32)
-        self._columns, self._rows = (np.zeros(cells, np.float32) for _ in range(2))
+        self._places = np.zeros((2, *cells), np.float32)
         self._shift, self._min_disparity = min(min_disparity, 0), min_disparity
         self.description, self.motion = '', None
 
@@ -183,9 +183,8 @@ class MovingCamera:
         ages, colours = np.empty_like(previous.ages), np.empty_like(previous.colours)
         for side, labels in enumerate((closed, self._right)):
             self._pool.each(lambda band, labels=labels, side=side: warp.look_back(
-                labels, back, self._shift, bool(side), self._columns, self._rows, band[1],
-                band[2]), self._bands)
-            across, down = (self._full_size(found) for found in (self._columns, self._rows))
+                labels, back, self._shift, bool(side), self._places, *band[1:]), self.bands)
+            across, down = map(self._full_size, self._places)
             if side:        # mirrored, as the picture is
                 across, down = (np.ascontiguousarray(found[:, ::-1]) for found in (
                     self._shape[1] - 1 - across, down))

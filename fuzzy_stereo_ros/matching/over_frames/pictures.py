@@ -48,8 +48,8 @@ class Picture:
 
     def spread(self, narrow, begin, first, last):
         """Copy the rows of a picture, from column `begin` on, and repeat its border around."""
-        features.spread((narrow.luminance, narrow.grey), narrow.columns, begin,
-                        (self.luminance, self.grey), self.columns, first, last)
+        features.spread((narrow.luminance, narrow.grey), begin, (self.luminance, self.grey),
+                        first, last)
 
     def halve(self, half, first, last):
         """Fill the rows of the half-size picture."""

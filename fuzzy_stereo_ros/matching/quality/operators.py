@@ -9,17 +9,13 @@ alone, since a smooth plane is fitter than a rough surface even where these have
 as in shadows on a road: a region moves only if its matches, without smoothness, are not less
 possible. A small loss is allowed for each pixel on which the two views disagree.
 """
-from fuzzy_stereo_ros.matching.kernels.planes.costs import Demands, reject_unfounded, UNIT
+from fuzzy_stereo_ros.matching.kernels.planes.costs import reject_unfounded
 from fuzzy_stereo_ros.matching.quality.planes import planes_of, region_planes
-import numpy as np
-
-# The price is that of a pixel that the views disagree on.
-DEMANDS = Demands(far=np.float32(0.5), price=int(0.2 * UNIT), least=100)
 
 
 def ask_for_evidence(labels, old, new, trusted, selected):
     """Set `selected` to false in regions that the images are evidence against."""
-    reject_unfounded(labels, old, new, trusted, tuple(DEMANDS), selected)
+    reject_unfounded(labels, old, new, trusted, selected)
 
 
 def segment_planes(population, random):

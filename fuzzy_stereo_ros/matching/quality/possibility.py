@@ -27,8 +27,7 @@ class Picture:
     def __init__(self, rows, columns, padding):
         """Allocate; padding: columns behind a mirrored image, 0 for one that is not mirrored."""
         self._mirrored = padding > 0
-        self.codes = np.zeros((rows, CODES, columns + padding), np.uint16)
-        self.planes = np.zeros((rows, kernels.PLANES, columns + padding), np.uint16)
+        self.features = np.zeros((rows, CODES + kernels.PLANES, columns + padding), np.uint16)
         self._codes = np.zeros((rows, CODES, columns), np.uint16)
 
     def read_colour(self, colour):
@@ -47,7 +46,8 @@ class Picture:
         np.maximum(high[:, :, :-1], between, out=high[:, :, :-1])
         gradient = np.stack([cv2.Sobel(grey, cv2.CV_16S, 1, 0), cv2.Sobel(grey, cv2.CV_16S, 0, 1)],
                             axis=1) >> 2
-        self._place(np.concatenate([values, low, high, gradient], axis=1) + OFFSET, self.planes)
+        self._place(np.concatenate([values, low, high, gradient], axis=1) + OFFSET,
+                    self.features[:, CODES:])
 
     def read_census(self, luminance, bands, pool):
         """Fill the codes from luminance, float32 (R, C)."""
@@ -56,7 +56,7 @@ class Picture:
                                     cv2.BORDER_REPLICATE)
         pool.each(lambda band: kernels.census(
             padded, CENSUS_RADIUS, self._codes, band[1], band[2]), bands)
-        self._place(self._codes, self.codes)
+        self._place(self._codes, self.features[:, :CODES])
 
     def _place(self, values, target):
         columns = values.shape[-1]
@@ -105,9 +105,8 @@ class SupportPossibility:
         for picture, luminance in zip((self._left, self._right), self._luminance):
             picture.read_census(luminance, self._bands, pool)
         pool.each(lambda band: kernels.fill_costs(
-            (self._left.codes, self._left.planes), (self._right.codes, self._right.planes),
-            WEIGHTS, self.disparities, self._first_inside, self.costs, band[1], band[2]),
-            self._bands)
+            self._left.features, self._right.features, WEIGHTS, self.disparities,
+            self._first_inside, self.costs, *band[1:]), self._bands)
         if surface is None:
             return
         pool.each(lambda band: kernels.fill_arms(

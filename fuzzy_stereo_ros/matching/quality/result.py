@@ -6,10 +6,11 @@ from fuzzy_stereo_ros.matching.bands import cut_bands
 from fuzzy_stereo_ros.matching.kernels.planes.costs import UNIT
 from fuzzy_stereo_ros.matching.kernels.possibility.fuzzy_costs import FULL
 from fuzzy_stereo_ros.matching.kernels.refinement.consistency import compare_views
+from fuzzy_stereo_ros.matching.kernels.refinement.subpixel import AROUND
 from fuzzy_stereo_ros.matching.kernels.units import CONSISTENT, INVALID
 from fuzzy_stereo_ros.matching.quality.fitness import SUPPORT_RADIUS, SUPPORT_STRIDE
 from fuzzy_stereo_ros.matching.quality.planes import planes_of, region_planes
-from fuzzy_stereo_ros.matching.realtime.refinement import AROUND, reject_speckles
+from fuzzy_stereo_ros.matching.realtime.refinement import reject_speckles
 import numpy as np
 
 VIEWS_DIFFER = 1.0       # px by which the views may differ
@@ -20,7 +21,7 @@ ELSEWHERE = -8, -3, 3, 8  # px, where matches are compared with the one found
 SUPPORT_REACH = SUPPORT_RADIUS * SUPPORT_STRIDE   # px that must lie within the other image too
 FAINT = 0.004            # contrast with these at which certainty is one half
 LEAST_SURE = 0.02        # mean certainty below which confidence is 0
-# Share of right pixels in steps of 0.1 of certainty, see realtime/refinement.py.
+# Share of right pixels in steps of 0.1 of certainty, see kernels/refinement/subpixel.py.
 CALIBRATION = 0, 0.66, 0.8, 0.91, 0.95, 0.98, 0.997, 0.999, 1, 1, 1
 CLEAR_MARGIN = 0.4       # summed cost, parts of FULL, by which the best label elsewhere is worse
 

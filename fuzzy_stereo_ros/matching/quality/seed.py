@@ -17,7 +17,7 @@ from fuzzy_stereo_ros.matching.kernels.units import INVALID
 from fuzzy_stereo_ros.matching.quality.possibility import moved
 from fuzzy_stereo_ros.matching.quality.scanlines import pixel_costs, ScanlineStrips, WEIGHTS
 from fuzzy_stereo_ros.matching.quality.surface import (
-    consistency_of, cross, dense, measure, smooth, Steps)
+    consistency_of, cross, dense, measure, smooth)
 from fuzzy_stereo_ros.matching.realtime.matcher import RealtimeMatcher
 import numpy as np
 
@@ -25,7 +25,6 @@ PARENT_RADIUS, PARENT_LIMIT = 6, 1.5     # of the local planes that make a paren
 DEAD_ZONE, CUT = 1.0, 4.0    # px from the parent where a child's bias begins to cost, and its most
 WEAK_TEXTURE = 6.0       # mean step of grey at which the weakness of texture falls to 1 / e
 UNTRUSTED_SHARE = 0.1    # share of a match that counts where the two views disagree
-SMOOTHNESS_STEPS = Steps(slope=0.16, free=0.25, jump=4.0, apart=0.5)
 
 
 class DifferingRegions(NamedTuple):
@@ -114,7 +113,7 @@ class ScanlineSeed:
                     children, costs)
         weights = WEIGHTS[found.steps]
         for other, its_costs in zip(children[1:], costs[1:]):
-            cross(children[0], costs[0], other, its_costs, weights, SMOOTHNESS_STEPS)
+            cross(children[0], costs[0], other, its_costs, weights)
         return start._replace(
             surface=smooth(pool, children[0], start.colour, labels), complete=True,
             labels=found.labels.copy(), margins=found.margins.copy())

@@ -11,9 +11,7 @@ import cv2
 from fuzzy_stereo_ros.matching.bands import cut_bands
 from fuzzy_stereo_ros.matching.crossover import Exchange, Regions
 from fuzzy_stereo_ros.matching.kernels.genetic import surface_cost
-from fuzzy_stereo_ros.matching.kernels.genetic.surface_cost import Steps
 from fuzzy_stereo_ros.matching.kernels.planes import fits
-from fuzzy_stereo_ros.matching.kernels.possibility.fuzzy_costs import FULL
 from fuzzy_stereo_ros.matching.kernels.refinement import consistency, filling
 from fuzzy_stereo_ros.matching.kernels.units import INVALID
 from fuzzy_stereo_ros.matching.quality.planes import LIMIT, neighbours, PLANE_RADIUS
@@ -73,20 +71,18 @@ def measure(pool, costs, first, disparities, trust, maps, results):
     pool.each(measure_rows, range(0, len(costs), _TOGETHER))
 
 
-def cross(first, first_costs, second, second_costs, weights, steps):
+def cross(first, first_costs, second, second_costs, weights):
     """
     Give the first parent the second one's fitter regions, and their costs.
 
     first, second: float32 (R, C), px; first_costs, second_costs: float32 (R, C), see measure;
-    weights: float32 (2, R, C), of steps to the left and up; steps: `Steps`, in parts of FULL.
-    Returns what it saved, in parts of surface_cost.COST_PARTS.
+    weights: float32 (2, R, C), of steps to the left and up. Returns what it saved, in parts of
+    surface_cost.COST_PARTS.
     """
-    exchange, full = Exchange(*first.shape, 4), FULL >> _HALF
-    steps = steps._replace(slope=steps.slope * full, jump=steps.jump * full)
-    steps = Steps(*map(np.float32, steps))
-    exchange.set_cells(abs(first - second) > steps.apart)
+    exchange = Exchange(*first.shape, 4)
+    exchange.set_cells(abs(first - second) > surface_cost.APART)
     surface_cost.exchange_changes(
-        first, first_costs, second, second_costs, weights, tuple(steps), exchange.changes())
+        first, first_costs, second, second_costs, weights, exchange.changes())
     cost = Regions(*first.shape)(exchange)
     exchange.take(first, second)
     exchange.take(first_costs, second_costs)

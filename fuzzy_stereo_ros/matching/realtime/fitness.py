@@ -10,11 +10,9 @@ chromosome decreases with the costs of its genes: matches of little possibility,
 from fuzzy_stereo_ros.matching.arrays import zeros
 from fuzzy_stereo_ros.matching.crossover import Exchange
 from fuzzy_stereo_ros.matching.kernels.genetic import gene_cost
-from fuzzy_stereo_ros.matching.kernels.genetic.exchange import copy_taken, differing_cells
+from fuzzy_stereo_ros.matching.kernels.genetic.exchange import differing_cells
 import numpy as np
 
-HIDDEN = 6           # cost of a gene that something nearer hides
-CONTRADICTED = 15    # cost of a gene that would hide a visible pixel of the target
 SAMPLE_STEP = 16     # row step where a sample is enough
 
 
@@ -23,12 +21,11 @@ class CensusFitness:
 
     def __init__(self, possibility, validity, target):
         """Read from a `CensusPossibility`, the validity of pixels and the target's labels."""
-        rows, columns = validity.shape
-        self._possibility = possibility     # keeps the memory of its addresses alive
-        self._scene = gene_cost.Scene(
-            validity, target, possibility.target_range, HIDDEN, CONTRADICTED)
-        self._costs = zeros((rows, columns), np.uint8)
-        self._exchange = Exchange(rows, columns, neighbours=4)
+        self._shape, self._possibility = validity.shape, possibility
+        self._scene = (*((view.census, view.slopes) for view in (
+            possibility.left, possibility.right)), (validity, target, possibility.target_range[0]))
+        self._costs, self._sample = zeros((2, validity.size), np.uint8), self._cells(SAMPLE_STEP)
+        self._exchange = Exchange(*self._shape, neighbours=4)
 
     @property
     def largest_cost(self):
@@ -42,18 +39,20 @@ class CensusFitness:
         pool: a ThreadPool, or a Chain, which writes it; every: row step of the sample; gains of
         crossover are exact; after: a stage of the chain, see `Chain.each`
         """
-        bands = pool.parts(len(chromosome))
-        totals, fitness = np.zeros((len(bands), 2), np.int64), np.zeros(1)
+        (rows, columns), costs = self._shape, self._costs[0]
+        cells = self._sample if every == SAMPLE_STEP else self._cells(every)
+        bands = pool.parts(rows)
+        totals, fitness = np.zeros(len(bands), np.int64), np.zeros(1)
 
         def measure_band(band):
-            gene_cost.gene_costs(
-                *self._kernel_arguments(), chromosome, self._costs, every, band[1], band[2])
+            first, last = (-(-row // every) for row in band[1:])
+            part = slice(first * columns, last * columns)
+            gene_cost.gene_costs(*self._scene, chromosome, cells[part], costs[part])
             totals[band[0]] = gene_cost.row_costs(
-                *self._possibility.penalties, chromosome, self._costs, every, band[1], band[2])
+                *self._possibility.penalties, chromosome, costs, every, first, last)
 
         def sum_up(totals):
-            total, number = totals.sum(axis=0)
-            fitness[0] = 1 - total / (self.largest_cost * number)
+            fitness[0] = 1 - totals.sum() / (self.largest_cost * cells.size)
         pool.each(measure_band, bands, after)
         pool.each(sum_up, [totals])
         return fitness
@@ -68,14 +67,18 @@ class CensusFitness:
         exchange.set_size(differing_cells(first, second, exchange.all_cells))
 
         def change(part):
-            gene_cost.exchange_changes(
-                *self._kernel_arguments(), *self._possibility.penalties, first, second,
-                exchange.changes(slice(*part[1:])))
+            part = slice(*part[1:])
+            cells, alone, _ = changes = exchange.changes(part)
+            old, new = self._costs[:, part]
+            gene_cost.gene_costs(*self._scene, first, cells, old)
+            gene_cost.gene_costs(*self._scene, second, cells, new)
+            np.subtract(new, old, out=alone, dtype=np.int32)
+            gene_cost.add_jump_changes(*self._possibility.penalties, first, second, changes)
         pool.each(change, pool.parts(exchange.cells.size))
         cost = crossover(exchange, random)
         if cost >= 0:
             exchange.taken[:] = False
-        copy_taken(exchange.cells, exchange.taken, first, second)
+        exchange.take(first, second)
         return -min(cost, 0) / (self.largest_cost * first.size)
 
     def possibility_of(self, pool, chromosome):
@@ -84,12 +87,15 @@ class CensusFitness:
 
         chromosome: (R, C) labels; possibility: float32 (R, C), 0 to 1
         """
-        costs = np.empty_like(self._costs)
-        pool.each(lambda band: gene_cost.gene_costs(
-            *self._kernel_arguments(), chromosome, costs, 1, band[1], band[2]),
-            pool.parts(len(costs)))
-        return 1 - costs / np.float32(self.largest_cost)
+        cells, costs = self._cells(), np.empty(self._costs.shape[1], np.uint8)
 
-    def _kernel_arguments(self):
-        """Return the features and the scene, as kernels take them."""
-        return tuple(self._possibility.features), tuple(self._scene)
+        def measure(part):
+            part = slice(*part[1:])
+            gene_cost.gene_costs(*self._scene, chromosome, cells[part], costs[part])
+        pool.each(measure, pool.parts(cells.size))
+        return (1 - costs / np.float32(self.largest_cost)).reshape(self._shape)
+
+    def _cells(self, every=1):
+        """Return the cells of every `every`-th row: int32 (n,)."""
+        cells = np.arange(np.prod(self._shape), dtype=np.int32)
+        return cells.reshape(self._shape)[::every].reshape(-1)

@@ -12,7 +12,7 @@ from typing import NamedTuple
 from fuzzy_stereo_ros.matching.arrays import zeros
 from fuzzy_stereo_ros.matching.kernels.addresses import address_of
 from fuzzy_stereo_ros.matching.kernels.possibility import features, sharpness
-from fuzzy_stereo_ros.matching.kernels.possibility.costs import Features
+from fuzzy_stereo_ros.matching.kernels.possibility.costs import CENSUS_CUT, Features, SLOPE_CUT
 from fuzzy_stereo_ros.matching.kernels.scanlines.volume import Penalties
 from fuzzy_stereo_ros.matching.over_frames.pictures import Picture
 import numpy as np
@@ -36,8 +36,8 @@ class Model(NamedTuple):
         return self.census_cut + self.slope_cut
 
 
-FULL_SIZE = Model(near_weight=2, census_cut=14, slope_cut=4, box=0, small=16, jump=83,
-                  jump_at_edge=26, least_step=0)
+FULL_SIZE = Model(near_weight=2, census_cut=CENSUS_CUT, slope_cut=SLOPE_CUT, box=0, small=16,
+                  jump=83, jump_at_edge=26, least_step=0)
 # Of pictures that JPEG quantised, and quantised coarsely: smaller steps are those of its blocks.
 JPEG_SIZE = FULL_SIZE._replace(least_step=128)
 COARSE_SIZE = FULL_SIZE._replace(least_step=320, jump=104)

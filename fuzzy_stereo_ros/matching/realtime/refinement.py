@@ -17,12 +17,6 @@ from fuzzy_stereo_ros.matching.kernels.simd import LANES
 import numpy as np
 
 CLASS_ALIKE = 20     # grey levels within which neighbours belong to a pixel's class
-AROUND = 9           # side of the square whose mean certainty a pixel's confidence is made of
-# Share of right pixels, in steps of 0.1 of mean certainty times the share of agreeing neighbours.
-# Calibrated on every other Middlebury scene and synthetic ones, colour and grey, with noise of 0,
-# 1.5 and 3 grey levels, cold and warm, sharp and blurred; `python -m bench accuracy` prints how
-# true it is on other scenes.
-CALIBRATION = 0, 0.536, 0.692, 0.809, 0.905, 0.955, 0.986, 0.999, 1, 1, 1  # concave
 
 
 class Speckles:
@@ -37,24 +31,23 @@ class Speckles:
         """Allocate for images of a size."""
         self._columns = columns
         self._marks = zeros((MOST_PARTS, 3), np.int64)
-        self._runs = tuple(zeros(rows * columns, np.int32) for _ in range(4))
+        self._runs = zeros((4, rows * columns), np.int32)
 
     def find(self, labels, validity, step, band):
         """Find the components of a band."""
         index, first, last = band
-        find_components(labels.reshape(-1), validity.reshape(-1), self._columns, step, self._runs,
-                        self._marks[index], first, last)
+        find_components(labels, validity, step, self._runs, self._marks[index], first, last)
 
     def join(self, labels, step, bands):
         """Join the components of all bands where they touch."""
-        join_components(labels.reshape(-1), self._columns, step, self._runs,
-                        self._marks[:len(bands)], np.array([first for _, first, _ in bands]))
+        join_components(labels, step, self._runs, self._marks[:len(bands)],
+                        np.array([first for _, first, _ in bands]))
 
     def reject(self, validity, smallest, band):
         """Reject the pixels of a band that belong to small components."""
         index, first, _ = band
-        reject_small(validity.reshape(-1), smallest, self._runs, first * self._columns,
-                     self._marks[index, 2])
+        reject_small(
+            validity, smallest, self._runs, first * self._columns, self._marks[index, 2])
 
 
 def reject_speckles(pool, labels, validity, step, smallest):
@@ -96,10 +89,6 @@ class Refinement:
         self._fine = zeros((rows, columns + LANES), fine_type)
         self._certain, self._around = (
             zeros((rows, columns), dtype) for dtype in (np.uint16, np.int32))
-        slopes = np.diff(CALIBRATION)
-        self._lines = np.column_stack((
-            CALIBRATION[:-1] - np.arange(10) * slopes,
-            10 * slopes / (AROUND**2 * subpixel.CERTAIN * subpixel.NEIGHBOURS))).astype(np.float32)
         self._agreeing = zeros((rows, columns), np.uint8)
         self._rows = [zeros((2, columns + LANES), fine_type) for _ in range(MOST_PARTS)]
 
@@ -165,25 +154,25 @@ class Refinement:
         """
         disparity, confidence = (np.empty(labels.shape, np.float32) for _ in range(2))
         margins_of_half = half.chosen.margins, half.prior.weights
-        rules = tuple(subpixel.OutputRules(
-            np.float32(config.min_disparity),
-            np.float32(config.min_disparity + config.disparities - 1), self._lines,
-            np.float32(config.confidence_threshold), config.fill, *self._target_range))
+        bounds = tuple(map(np.float32, (
+            config.min_disparity, config.min_disparity + config.disparities - 1,
+            -np.inf if config.fill else config.confidence_threshold)))
+        around = subpixel.AROUND
 
         def write_band(band):
-            rows = widened(band, AROUND // 2, len(labels))
+            rows = widened(band, around // 2, len(labels))
             reject(*rows)
             subpixel.fit(chosen.labels, chosen.offsets, self.final_validity, self._fitted, *rows)
             subpixel.certainty(chosen.sums, chosen.margins, margins_of_half,
                                self.final_validity, self._certain, *rows)
             self._around[band[1]:band[2]] = cv2.boxFilter(
-                self._certain[slice(*rows)], cv2.CV_32S, (AROUND, AROUND),
+                self._certain[slice(*rows)], cv2.CV_32S, (around, around),
                 normalize=False)[band[1] - rows[0]:band[2] - rows[0]]
             subpixel.smooth_offsets(labels, self._fitted, *self._rows[band[0]], self._fine,
                                     self._agreeing, *band[1:])
             subpixel.write_out(
                 (self._fine, self._agreeing), self.final_validity, self._around, half.certainty,
-                rules, disparity, confidence, *band[1:])
+                bounds, disparity, confidence, *band[1:])
         bands = pool.parts(len(labels))
         pool.each(write_band, bands, reach=0)
         return disparity, confidence

@@ -7,24 +7,29 @@ Not in the paper. A previous best may be fit and out of date, and would freeze t
 and chromosome are used only in tiles that differ from the previous frame by noise alone, and the
 chromosome only where it was consistent, is flat and agrees with the half-size map, which does not
 depend on the previous frame. Without noise the previous best gains nothing, and is not used.
+
+Where the camera moved, labels that moved with it are checked by the pictures: the census of a
+point that stands still is the same in both frames. The search relies on a label that agrees with
+the half-size map, or whose census agrees better: the more, the more frames it survived. Points
+that move by themselves fail this check.
 """
 from dataclasses import replace
 from typing import NamedTuple
 
+import cv2
 from fuzzy_stereo_ros.matching.arrays import zeros
-from fuzzy_stereo_ros.matching.bands import widened
+from fuzzy_stereo_ros.matching.bands import cut_bands, widened
 from fuzzy_stereo_ros.matching.kernels.possibility.costs import Prior, weight_of
 from fuzzy_stereo_ros.matching.kernels.scanlines import half_size_prior
-from fuzzy_stereo_ros.matching.kernels.temporal import previous_best
+from fuzzy_stereo_ros.matching.kernels.temporal import previous_best, warp
 from fuzzy_stereo_ros.matching.kernels.temporal.change_detection import TILE
 from fuzzy_stereo_ros.matching.kernels.temporal.motion import move_map
-from fuzzy_stereo_ros.matching.kernels.units import CONSISTENT, INVALID, OUTSIDE
+from fuzzy_stereo_ros.matching.kernels.units import CONSISTENT, INVALID, OUTSIDE, STEPS
 from fuzzy_stereo_ros.matching.over_frames.averaging import Averaging, History
-from fuzzy_stereo_ros.matching.over_frames.moving_camera import MovingCamera
+from fuzzy_stereo_ros.matching.over_frames.moving_camera import MovingCamera, to_pixels
 from fuzzy_stereo_ros.matching.over_frames.pictures import is_noisy
 from fuzzy_stereo_ros.matching.over_frames.state import FrameState, NO_COLOURS
 from fuzzy_stereo_ros.matching.realtime.generation import parent_of
-from fuzzy_stereo_ros.matching.realtime.moved_prior import MovedPrior
 from fuzzy_stereo_ros.matching.realtime.scanlines import gene_type
 from fuzzy_stereo_ros.matching.realtime.still_scene import (
     LONGEST_STEP_NS, new_result, reused_result, SETTLED, StillResult)
@@ -37,7 +42,9 @@ DEAD_ZONE, MOVED_DEAD_ZONE = 0, 1   # px from the prior that cost nothing: in pl
 CUTS = 1, 2, 4       # largest cost of other labels, by the frames that a tile is unchanged
 MOVED_CUTS = 1, 3, 5    # the same of labels moved with the camera, by the frames they survived
 WEIGHTS = np.array([0, *(weight_of(DEAD_ZONE, cut) for cut in CUTS)], np.uint8)
-MOVED_WEIGHTS = np.array([0, *(weight_of(MOVED_DEAD_ZONE, cut) for cut in MOVED_CUTS)], np.uint8)
+MOVED_WEIGHTS = np.array([weight_of(MOVED_DEAD_ZONE, MOVED_CUTS[min(survived, 2)])
+                          for survived in range(256)], np.uint8)
+NO_CENSUS = np.zeros((0, 0), np.uint32), np.zeros((0, 0), np.uint8)
 
 
 class RealtimeState(NamedTuple):
@@ -45,8 +52,9 @@ class RealtimeState(NamedTuple):
     The part of the profile in a `FrameState`.
 
     labels: uint8 or uint16 (R, C), the best chromosome; validity: uint8 (R, C), 0 = consistent;
-    census, survived: see moved_prior.MovedPrior.note; still to still_confidence: see
-    still_scene.StillResult
+    census: uint32 (R, C), of the left image; survived: uint8 (R / 2, C / 2), how many frames each
+    label survived while the camera moved; both empty where no camera is known; still to
+    still_confidence: see still_scene.StillResult
     """
 
     labels: np.ndarray
@@ -90,11 +98,11 @@ class WarmStart:
         half = rows // 2, columns // 2
         self._averaging = Averaging(rows, columns, min(min_disparity, 0))
         self._moving = MovingCamera(rows, columns, min_disparity)
-        self._moved_prior = MovedPrior(rows, columns, gene_type(disparities), self._moving)
         self._half_labels = zeros(half, gene_type(disparities))
         self._trusted, self._smooth = (zeros(half, np.uint8) for _ in range(2))
         nothing = zeros((rows, columns), self._half_labels.dtype)
         self._moved = zeros(nothing.shape, nothing.dtype), zeros((rows, columns), np.uint8)
+        self._distances, self._moved_weights = zeros((2, *half), np.uint8), zeros(half, np.uint8)
         self._weights, self._weighted = zeros((rows, columns), np.uint8), False
         self._strengths = np.zeros_like(self._averaging.tiles[0].choices, np.uint8)
         self._prior = Prior(nothing, self._weights)
@@ -109,7 +117,7 @@ class WarmStart:
         self._choices = np.where(ages <= searched, np.int8(-1), left.choices)
         previous_best.tile_strengths(self._choices, ages, len(CUTS), self._strengths)
         self._left = views.pictures[0]
-        self._moved_prior.restart()
+        self._packed, self._moved_weights[:] = None, 0
 
     def follow(self, pool, state, camera, views):
         """
@@ -155,12 +163,43 @@ class WarmStart:
     def _prior_of(self, pool, state, half):
         """Return the prior from the previous best of a state, None where it is not used."""
         labels = self._labels_in_place(pool, state, half)
-        moved = self._moved_prior.write(
-            pool, state, half, self._left.census,
-            self._prior.labels if labels is None else labels, self._weights, MOVED_WEIGHTS)
-        labels = labels if moved is None else moved
+        if self._moving.motion is not None:
+            labels = self._moved_labels(
+                pool, state, half, self._prior.labels if labels is None else labels)
         self._weighted = labels is not None
         return None if labels is None else self._prior._replace(labels=labels)
+
+    def _moved_labels(self, pool, state, half, known):
+        """
+        Return labels of the prior where those that moved are added, and write their weights.
+
+        known: (R, C), the labels so far
+        """
+        moving, highest = self._moving, state.config.disparities - 1
+        back, moved = moving.kernel_motion(to_pixels(moving.motion.back)), self._moved[0]
+        both, side = (self._census(pool), state.own.census), (warp.CENSUS_SIDE, warp.CENSUS_SIDE)
+        pool.each(lambda band: warp.census_distances(
+            moving.moved, half.labels, back, both, self._distances, *band[1:]), moving.bands)
+        distances = np.stack([cv2.boxFilter(found, cv2.CV_16U, side, normalize=False)
+                              for found in self._distances])
+        before = cv2.LUT(state.own.survived, MOVED_WEIGHTS) * (
+            state.camera.cell_validity == CONSISTENT)
+
+        def write_band(band):
+            warp.trusted_moved((moving.moved, moving.source), before, half.labels, distances,
+                               self._moved_weights, *band[1:])
+            warp.moved_prior((moving.moved, self._moved_weights), highest, known, self._weights,
+                             moved, *band[1:])
+        pool.each(write_band, moving.bands)
+        return moved
+
+    def _census(self, pool):
+        """Return the census of this frame as 32-bit words, packed once a frame."""
+        if self._packed is None:
+            packed = self._packed = np.empty(self._weights.shape, np.uint32)
+            pool.each(lambda band: warp.pack_census(self._left.census, packed, *band[1:]),
+                      cut_bands(len(packed)))
+        return self._packed
 
     def _parent(self, state):
         """Return the previous best of a state, moved into this frame, None where all is new."""
@@ -237,11 +276,29 @@ class WarmStart:
         config: the MatcherConfig; match: the `Match`; before: the FrameState of the previous frame
         """
         (labels, validity), self._kept = self._kept, None
-        cells, *seen = self._moved_prior.note(
-            pool, before, self._left.census, refinement.fine_labels)
+        cells, *seen = self._seen(pool, before, refinement.fine_labels)
         result = new_result(before, self._averaging.tiles, match)
         averaging = self._averaging
         return FrameState(
             averaging.pictures, averaging.ages, averaging.drifts, NO_COLOURS,
             self._moving.state(cells, validity),
             RealtimeState(labels, validity, *seen, *result), views.left_shift, None, 0, config)
+
+    def _seen(self, pool, before, fine):
+        """
+        Return what the next frame knows of this one where a camera is given.
+
+        before: the FrameState of the previous frame; fine: (R, C), 1 / STEPS of a label.
+        Labels of cells, float32 (r, c), then census and survived of the `RealtimeState`.
+        """
+        moving, (rows, columns) = self._moving, self._half_labels.shape
+        if not moving.known:
+            return None, *NO_CENSUS
+        cells = np.multiply(fine[:2 * rows:2, :2 * columns:2], np.float32(1 / STEPS),
+                            dtype=np.float32)
+        survived = np.zeros(cells.shape, np.uint8)
+        if moving.motion is not None:
+            pool.each(lambda band: warp.note_survivors(
+                cells, (moving.moved, moving.source), self._moved_weights, before.own.survived,
+                survived, *band[1:]), moving.bands)
+        return cells, self._census(pool), survived

@@ -70,18 +70,17 @@ def test_kernels_that_move_maps_do_as_their_twins(rows, columns, seed):
     now, before = random.integers(0, 2**24, (2, 2 * rows, 2 * columns), np.uint32)
     half = random.integers(0, 15, (rows, columns), np.uint8)
     distances = np.zeros((2, rows, columns), np.uint8)
-    warp.census_distances(moved, half, 3, (view, lowest), (now, before), tuple(distances), 0,
-                          rows)
+    warp.census_distances(moved, half, (view, lowest), (now, before), distances, 0, rows)
     assert np.array_equal(distances, twins.census_distances(moved, half, 3, lowest, view, now,
                                                             before))
     seen = np.zeros_like(labels)
     warp.to_right(moved, -1, seen)
     assert np.array_equal(seen, twins.to_right(moved, -1))
-    across, down = np.zeros((2, rows, columns), np.float32)
+    places = np.zeros((2, rows, columns), np.float32)
     for of_right in (False, True):
-        warp.look_back(moved, (view, lowest), -1, of_right, across, down, 0, rows)
-        np.testing.assert_allclose((across, down), twins.look_back(moved, lowest, view, -1,
-                                                                   of_right), rtol=1e-6)
+        warp.look_back(moved, (view, lowest), -1, of_right, places, 0, rows)
+        np.testing.assert_allclose(
+            places, twins.look_back(moved, lowest, view, -1, of_right), rtol=1e-6)
 
 
 @settings(max_examples=40, deadline=None)
@@ -93,30 +92,25 @@ def test_the_prior_of_a_moved_map_is_that_of_the_twins(rows, columns, odd, seed)
     moved = random.integers(-1, 6, shape).astype(np.float32)
     source = random.integers(0, rows * columns, shape, np.int32)
     source[(moved < 0) | (random.random(shape) < 0.1)] = -1     # nothing moved to it
-    validity = random.integers(0, 2, shape, np.uint8)
-    sums = random.integers(60, 85, (2, *shape), np.uint16)
-    half, survived = random.integers(0, 4, (2, *shape), np.uint8)
-    strengths, rules = np.zeros(shape, np.uint8), (72, 3, 4, 3, 3)
-    warp.trusted_moved((moved, source), (validity, survived), half, tuple(sums), rules, strengths,
-                       0, rows)
-    assert np.array_equal(strengths, twins.trusted_moved(
-        moved, source, validity, sums[0], half, sums[1], rules, survived))
+    sums = random.integers(75, 105, (2, *shape), np.uint16)
+    half, survived, before = random.integers(0, 4, (3, *shape), np.uint8)
+    moved_weights = np.zeros(shape, np.uint8)
+    warp.trusted_moved((moved, source), before, half, sums, moved_weights, 0, rows)
+    assert np.array_equal(moved_weights, twins.trusted_moved(
+        moved, source, before, sums[0], half, sums[1], (90, 3, 4, 3)))
 
     weights, known = random.integers(0, 2, full, np.uint8), random.integers(0, 9, full, np.uint8)
     labels, written = np.zeros(full, np.uint8), weights.copy()
-    strengths[:, -1] = 0        # an odd column at the end has no cell
-    by_strength = np.array([0, 5, 2, 9], np.uint8)
-    warp.moved_prior((moved, strengths), 4, by_strength, known, written, labels, 0, rows)
-    expected = twins.moved_prior(moved, strengths, 4, by_strength, known, weights)
+    moved_weights[:, -1] = 0        # an odd column at the end has no cell
+    warp.moved_prior((moved, moved_weights), 4, known, written, labels, 0, rows)
+    expected = twins.moved_prior(moved, moved_weights, 4, known, weights)
     assert np.array_equal(written, expected[1])
     assert np.array_equal(labels[written > 0], expected[0][written > 0])
 
-    fine = random.integers(0, 90, full, np.int16)
-    cells, now = np.zeros(shape, np.float32), np.zeros(shape, np.uint8)
-    warp.note_survivors(fine, (moved, np.maximum(source, 0)), strengths, survived, cells, now, 0,
-                        rows)
-    assert np.array_equal((cells, now), twins.note_survivors(
-        fine, STEPS, moved, strengths, np.maximum(source, 0), survived))
+    cells = (random.integers(0, 90, shape) / STEPS).astype(np.float32)
+    now, source = np.zeros(shape, np.uint8), np.maximum(source, 0)
+    warp.note_survivors(cells, (moved, source), moved_weights, survived, now, 0, rows)
+    assert np.array_equal(now, twins.note_survivors(cells, moved, moved_weights, source, survived))
 
 
 @pytest.mark.parametrize('frame', range(3))

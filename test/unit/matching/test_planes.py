@@ -5,7 +5,8 @@ from fuzzy_stereo_ros.matching.bands import ThreadPool
 from fuzzy_stereo_ros.matching.crossover import Exchange
 from fuzzy_stereo_ros.matching.evolution import Random
 from fuzzy_stereo_ros.matching.kernels.planes import segments
-from fuzzy_stereo_ros.matching.kernels.planes.costs import LARGEST_DIFFERENCE, reject_unfounded
+from fuzzy_stereo_ros.matching.kernels.planes.costs import (
+    LARGEST_DIFFERENCE, LEAST, PRICE, reject_unfounded)
 from fuzzy_stereo_ros.matching.kernels.refinement.consistency import compare_views
 from fuzzy_stereo_ros.matching.kernels.units import CONSISTENT, INVALID, OUTSIDE
 from fuzzy_stereo_ros.matching.quality import planes
@@ -244,22 +245,24 @@ def test_regions_list_each_pixel_once(seed):
         assert pixels.size and (labels.reshape(-1)[pixels] == region).all()
 
 
-def rejected(dearer, trusted=(True,) * 5, least=0, labels=None):
-    """Return which cells of a row may move; dearer: their costs by more than before."""
-    shape = 1, len(dearer)
-    selected = np.ones(shape, bool)
-    old = np.zeros(shape, np.float32)
-    new = np.where(np.array(dearer) == 0, 0.1, 2).reshape(shape).astype(np.float32)
-    reject_unfounded(np.zeros(shape, np.int32) if labels is None else np.array([labels], np.int32),
-                     (old, np.zeros(shape, np.int32)), (new, np.array([dearer], np.int32)),
-                     np.array([trusted], bool), (np.float32(0.5), 10, least), selected)
+def rejected(dearer, trusted=(True,) * 5, labels=(0,) * 5, rows=LEAST):
+    """Return which columns of cells may move; dearer: their costs, in tenths of the price."""
+    def repeated(values, kind):
+        return np.repeat(np.array([values]).astype(kind), rows, axis=0)
+    selected = repeated([True] * 5, bool)
+    old, moved = repeated([0] * 5, np.float32), np.where(np.array(dearer) == 0, 0.1, 2)
+    reject_unfounded(repeated(labels, np.int32), (old, old.astype(np.int32)),
+                     (repeated(moved, np.float32), repeated(np.multiply(dearer, PRICE / 10),
+                                                            np.int32)),
+                     repeated(trusted, bool), selected)
+    assert (selected == selected[0]).all()
     return (~selected[0]).tolist()
 
 
 @pytest.mark.parametrize('dearer, moves, options', [
     ([3, -5, 0, 4, 4], '000xx', {}), ([3, -2, 0, 4, -4], 'xx000', {}),
     ([9, 99, 0, 11, 99], '000xx', {'trusted': [True, False, True, True, False]}),
-    ([3, 3, 0, 4, 4], '00000', {'least': 3}),
+    ([3, 3, 0, 4, 4], '00000', {'rows': LEAST // 2 - 1}),
     ([5, -9, 7, 7, 7], '00xxx', {'labels': [0, 0, 1, 1, 1]})],
     ids=['cheaper', 'dearer', 'where the views disagree', 'small', 'of other labels'])
 def test_a_region_moves_only_without_evidence_against_it(dearer, moves, options):

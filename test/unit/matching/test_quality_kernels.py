@@ -10,7 +10,7 @@ from fuzzy_stereo_ros.matching.kernels.possibility import fuzzy_costs
 from fuzzy_stereo_ros.matching.kernels.possibility.fuzzy_costs import FULL
 from fuzzy_stereo_ros.matching.kernels.scanlines import eight_directions
 from fuzzy_stereo_ros.matching.quality.scanlines import SurfaceScanlines
-from fuzzy_stereo_ros.matching.quality.surface import cross, measure, Steps
+from fuzzy_stereo_ros.matching.quality.surface import cross, measure
 from hypothesis import given, settings, strategies as st
 import numpy as np
 import pytest
@@ -45,8 +45,9 @@ def test_the_costs_are_those_of_the_twin(
     padded = [np.concatenate([kind[..., ::-1], np.repeat(kind[..., :1], labels, axis=2)], axis=2)
               for kind in (target_codes, target_planes)]
     costs = np.zeros((rows, columns, labels), np.uint16)
-    fuzzy_costs.fill_costs((codes, planes), tuple(padded), np.uint16(weights), disparities,
-                           first_inside, costs, 0, rows)
+    fuzzy_costs.fill_costs(
+        np.concatenate([codes, planes], axis=1), np.concatenate(padded, axis=1),
+        np.uint16(weights), disparities, first_inside, costs, 0, rows)
     np.testing.assert_array_equal(costs, twins.costs(
         codes, target_codes, planes, target_planes, weights, disparities, first_inside, labels))
 
@@ -147,7 +148,6 @@ def test_some_rows_are_chosen_as_among_all_and_the_others_stay(here):
 
 MAP_SHAPES = [(1, 1), (1, 9), (9, 1), (8, 11)]
 BY_COLOUR = np.exp(-np.arange(766) / 20).astype(np.float32)
-STEPS = Steps(slope=0.2, free=0.25, jump=2.0, apart=0.5)
 
 
 def surface_of(shape, seed=0, limit=8):
@@ -179,11 +179,11 @@ def test_local_planes_are_those_of_the_twin(shape, nearest):
         surface, colours, 2, BY_COLOUR, 1.0, 0.25), atol=2e-3)
 
 
-def joined(shape, seed, change, apart):
+def joined(shape, seed, change):
     """
     Join two random maps; return the child, what it is said to save, and a measure of maps.
 
-    change: makes the second map of the first one; apart: of STEPS
+    change: makes the second map of the first one
     """
     across, down = (random_map(shape, 9, seed + 1 + side, np.float32) / np.float32(8)
                     for side in range(2))
@@ -197,8 +197,7 @@ def joined(shape, seed, change, apart):
         return found * np.where(rejected, 0.1, 1)
 
     def cost(surface):
-        return twins.surface_cost(surface, genes(surface), across, down, 0.2 * FULL / 2, 0.25,
-                                  FULL)
+        return twins.surface_cost(surface, genes(surface), across, down, surface_cost)
     first = surface_of(shape, seed)
     second = change(first)
     maps, prices = (first.copy(), second), [np.zeros(shape, np.float32) for _ in range(2)]
@@ -207,8 +206,7 @@ def joined(shape, seed, change, apart):
         measure(ThreadPool(1), rows, top, 9, trust, maps, prices)
     for surface, price in zip(maps, prices):
         np.testing.assert_allclose(price, genes(surface), atol=1e-3)
-    saved = cross(maps[0], prices[0], second, prices[1], np.stack([across, down]),
-                  STEPS._replace(apart=apart))
+    saved = cross(maps[0], prices[0], second, prices[1], np.stack([across, down]))
     np.testing.assert_allclose(prices[0], genes(maps[0]), atol=1e-3)
     return first, second, maps[0], saved / surface_cost.COST_PARTS, cost
 
@@ -217,8 +215,10 @@ def joined(shape, seed, change, apart):
 @pytest.mark.parametrize('shape', [*MAP_SHAPES, (37, 3)])
 def test_a_child_costs_no_more_than_its_parents_and_saves_what_crossover_returns(shape, seed):
     first, second, child, saved, cost = joined(
-        shape, seed, lambda surface: np.where(random_map(shape, 3, seed) == 0,
-                                              surface_of(shape, seed + 9), surface), 0.0)
+        shape, seed, lambda surface: np.where(
+            (random_map(shape, 3, seed) == 0)
+            & (abs(surface_of(shape, seed + 9) - surface) > surface_cost.APART),
+            surface_of(shape, seed + 9), surface))
     assert cost(child) == pytest.approx(cost(first) - saved, abs=0.01 * child.size)
     assert cost(child) <= min(cost(first), cost(second)) + 0.01 * child.size
 
@@ -238,22 +238,21 @@ def crossings(draw):
 
 
 @settings(max_examples=200, deadline=None)
-@given(crossings(), st.sampled_from([0, 0.25, 1]), st.sampled_from([0, 0.125, 0.5]))
-def test_an_exchange_has_the_change_of_cost_from_the_first_parent_to_the_child(
-        crossing, free, apart):
+@given(crossings())
+def test_an_exchange_has_the_change_of_cost_from_the_first_parent_to_the_child(crossing):
     first, second, first_costs, second_costs, across, down = crossing
-    numbers, apart = [np.float32(number) for number in (8, free, 20)], np.float32(apart)
+    apart = surface_cost.APART
 
     def cost(surface):
         genes = np.where(surface == first, first_costs, second_costs)
-        return twins.surface_cost(surface, genes, across, down, *numbers)
+        return twins.surface_cost(surface, genes, across, down, surface_cost)
 
     exchange = Exchange(*first.shape, 4)
     exchange.set_cells(abs(first - second) > apart)
     np.testing.assert_array_equal(exchange.cells, np.flatnonzero(abs(first - second) > apart))
     exchange.pairs[:] = 99
     surface_cost.exchange_changes(
-        first, first_costs, second, second_costs, np.stack([across, down]), (*numbers, apart),
+        first, first_costs, second, second_costs, np.stack([across, down]),
         exchange.changes())
     for share in (2, 5, 10):
         exchange.taken[:] = random_map((exchange.cells.size,), 10, share) < share

@@ -8,10 +8,9 @@ from fuzzy_stereo_ros.matching.crossover import Cut, Exchange, Regions
 from fuzzy_stereo_ros.matching.evolution import Random
 from fuzzy_stereo_ros.matching.kernels.genetic.exchange import copy_taken, differing_cells
 from fuzzy_stereo_ros.matching.kernels.genetic.gene_cost import (
-    exchange_changes, Scene, SMOOTHNESS)
+    add_jump_changes, CONTRADICTED, gene_costs, HIDDEN, SMOOTHNESS)
 from fuzzy_stereo_ros.matching.kernels.scanlines.volume import Penalties
-from fuzzy_stereo_ros.matching.realtime.fitness import (
-    CensusFitness, CONTRADICTED, HIDDEN, SAMPLE_STEP)
+from fuzzy_stereo_ros.matching.realtime.fitness import CensusFitness, SAMPLE_STEP
 from fuzzy_stereo_ros.matching.realtime.scanlines import gene_type
 from hypothesis import given, settings, strategies as st
 import numpy as np
@@ -28,22 +27,17 @@ sizes = st.integers(1, 9)
 
 
 def scene_of(shape, disparities, min_disparity, seed=0):
-    """Return a possibility and a Scene of random validity, and the twin's cost of chromosomes."""
+    """Return a scene of random validity for gene_costs, and the twin's cost of chromosomes."""
     left, right = small_pair(*shape, seed=seed)
     dtype = gene_type(disparities)
     possibility = seen(left, right, disparities, min_disparity)
     validity, target = random_map(shape, 3, seed + 1), random_map(
         (shape[0], possibility.right.columns), 256, seed + 2)
     target_range = min_disparity, min_disparity + shape[1] - 1
-    scene = Scene(validity, target, target_range, HIDDEN, CONTRADICTED)
+    views = [(view.census, view.slopes) for view in (possibility.left, possibility.right)]
     volume = twin_costs(left, right, disparities, min_disparity)
-    return (possibility, scene), dtype, lambda chromosome: twins.gene_costs(
+    return (*views, (validity, target, min_disparity)), dtype, lambda chromosome: twins.gene_costs(
         volume, chromosome, validity, target, target_range, HIDDEN, CONTRADICTED)
-
-
-def fields(scene):
-    """Return the features of a possibility and a Scene, as kernels take them."""
-    return tuple(scene[0].features), tuple(scene[1])
 
 
 # ---- an exchange of genes ----
@@ -69,7 +63,11 @@ def test_an_exchange_has_the_change_of_cost_from_the_first_parent_to_the_child(
     exchange.set_size(differing_cells(first, second, exchange.all_cells))
     np.testing.assert_array_equal(exchange.cells, np.flatnonzero(first != second))
     exchange.pairs[:] = 99
-    exchange_changes(*fields(scene), *penalties, first, second, exchange.changes())
+    old, new = np.zeros((2, exchange.cells.size), np.uint8)
+    gene_costs(*scene, first, exchange.cells, old)
+    gene_costs(*scene, second, exchange.cells, new)
+    exchange.alone[:] = new.astype(int) - old
+    add_jump_changes(*penalties, first, second, exchange.changes())
 
     def cost(chromosome):
         return int(twin(chromosome).sum() + smoothness(chromosome, penalties).sum())

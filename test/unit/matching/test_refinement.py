@@ -8,11 +8,12 @@ from fuzzy_stereo_ros.matching.bands import ThreadPool
 from fuzzy_stereo_ros.matching.config import MatcherConfig
 from fuzzy_stereo_ros.matching.kernels.refinement.consistency import check_consistency
 from fuzzy_stereo_ros.matching.kernels.refinement.filling import fill_rows
+from fuzzy_stereo_ros.matching.kernels.refinement.subpixel import CALIBRATION
 from fuzzy_stereo_ros.matching.kernels.units import CONSISTENT, INVALID, OUTSIDE
 from fuzzy_stereo_ros.matching.realtime.possibility import (
     CensusPossibility, extra_columns, FULL_SIZE)
 from fuzzy_stereo_ros.matching.realtime.refinement import (
-    CALIBRATION, CLASS_ALIKE, Refinement, reject_speckles)
+    CLASS_ALIKE, Refinement, reject_speckles)
 from hypothesis import given, settings, strategies as st
 from hypothesis.extra import numpy as arrays
 import numpy as np
@@ -162,7 +163,7 @@ def test_disparities_and_confidence_are_those_of_the_twin(
     fine, agreeing = twins.fine_disparities(final, chosen.labels, chosen.offsets, validity)
     margins = np.minimum(chosen.margins, twins.margins_of_half(half))
     sure = twins.confidence(twins.certainty(chosen.sums, margins, validity), agreeing, validity)
-    pointed = np.floor(np.arange(columns) + 0.5 - fine / 16)
+    pointed = np.floor(np.arange(columns) + 0.5 - fine / 16) - min_disparity
     sure = np.where((pointed >= 0) & (pointed < columns), sure, 0)
     right = np.where(sure > 0, np.interp(10 * sure, range(11), CALIBRATION), 0)
     np.testing.assert_allclose(confidence, np.minimum(right, half.certainty / 255), atol=1e-4)

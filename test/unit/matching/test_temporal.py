@@ -5,6 +5,7 @@ from census_scene import padded, random_map
 import cv2
 from fuzzy_stereo_ros.matching.bands import ThreadPool
 from fuzzy_stereo_ros.matching.kernels.possibility.features import SLACK
+from fuzzy_stereo_ros.matching.kernels.temporal import unchanged_tiles as rules
 from fuzzy_stereo_ros.matching.kernels.temporal.both_views import (
     ages_of_both, changes_alike, reject_pointed_at)
 from fuzzy_stereo_ros.matching.kernels.temporal.change_detection import (
@@ -16,7 +17,7 @@ from fuzzy_stereo_ros.matching.kernels.temporal.previous_best import (
 from fuzzy_stereo_ros.matching.kernels.temporal.unchanged_tiles import (
     add_drifts, choose_tiles, reject_drifting, tile_noises)
 from fuzzy_stereo_ros.matching.kernels.units import CONSISTENT
-from fuzzy_stereo_ros.matching.over_frames.averaging import Averaging, History, Motion, RULES
+from fuzzy_stereo_ros.matching.over_frames.averaging import Averaging, History, Motion
 from fuzzy_stereo_ros.matching.realtime.possibility import CensusPicture
 from hypothesis import given, settings, strategies as st
 from made_scenes import noisy
@@ -92,12 +93,12 @@ def test_which_tiles_are_the_same_is_as_in_the_twin(rows, columns, noise, seed):
     random = np.random.default_rng(seed)
     # 0.07: no difference lies just on a rule's border, where rounding decides.
     differences = (random.integers(0, 30, (2, 8, rows, columns)) / 4 + 0.07).astype(np.float32)
-    ages = random.integers(0, RULES.oldest + 2, (2, rows, columns)).astype(np.float32)
+    ages = random.integers(0, rules.OLDEST + 2, (2, rows, columns)).astype(np.float32)
     choices = np.zeros((rows, columns), np.int8)
     new_ages, sizes = (np.zeros((rows, columns), np.float32) for _ in range(2))
     noises = (noise * random.uniform(0.1, 0.4, (rows, columns))).astype(np.float32)
-    choose_tiles(differences, ages, noises, tuple(RULES), choices, new_ages, sizes)
-    expected = twins.chosen_tiles(differences, ages, noises, RULES)
+    choose_tiles(differences, ages, noises, choices, new_ages, sizes)
+    expected = twins.chosen_tiles(differences, ages, noises, rules)
     np.testing.assert_array_equal(choices, expected[0])
     np.testing.assert_array_equal(new_ages, expected[1])
     np.testing.assert_array_equal(sizes, differences[:, 0].min(axis=0))
@@ -136,12 +137,12 @@ def test_what_tiles_drift_adds_up_and_is_rejected_as_in_the_twin(rows, columns, 
                      random.uniform(0, 900, (2, rows, columns))], axis=1).astype(np.float32)
     choices = random.integers(-1, 2, (rows, columns)).astype(np.int8)
     drifts = np.full((2, rows, columns), 9, np.float32)
-    add_drifts(differences, tuple(RULES), choices, then, drifts)
-    expected = twins.added_drifts(differences, RULES, choices, then)
+    add_drifts(differences, choices, then, drifts)
+    expected = twins.added_drifts(differences, rules, choices, then)
     np.testing.assert_allclose(drifts, expected, rtol=1e-4, atol=1e-2)
-    drifting = twins.drifting(RULES, choices, drifts.astype(np.float64))
+    drifting = twins.drifting(rules, choices, drifts.astype(np.float64))
     left, ages = choices.copy(), np.full(choices.shape, 5, np.float32)
-    reject_drifting(tuple(RULES), left, ages, drifts.copy(), drifts)
+    reject_drifting(left, ages, drifts)
     np.testing.assert_array_equal(left, np.where(drifting, -1, choices))
     np.testing.assert_array_equal(ages, np.where(drifting, 1, 5))
     assert not drifts[:, drifting].any()

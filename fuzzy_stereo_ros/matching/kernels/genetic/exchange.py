@@ -7,28 +7,10 @@ An exchange: see crossover.Exchange. Partition crossover takes connected regions
 not at all (Whitley et al., Partition crossover for pseudo-Boolean optimization, 2009 and 2015).
 Regions meet only where the parents agree, so that the gain is the sum over the regions taken.
 """
-from typing import NamedTuple
-
 from fuzzy_stereo_ros.matching.kernels.compiled import called, inlined, kernel
 from fuzzy_stereo_ros.matching.kernels.simd import equal_bits, first_set, LANES, load
 from fuzzy_stereo_ros.matching.kernels.union_find import join
 import numpy as np
-
-
-class Changes(NamedTuple):
-    """The cells of an exchange and what it changes there, see crossover.Exchange."""
-
-    cells: np.ndarray    # int32 (n,)
-    alone: np.ndarray    # int32 (n,)
-    pairs: np.ndarray    # int32 (n, K)
-
-
-class Sets(NamedTuple):
-    """Working memory for the union-find of connected cells, from 1 on; 0 is none."""
-
-    parent: np.ndarray   # int32 (m,), m > number of regions
-    change: np.ndarray   # int64 (m,), of cost, of all cells of a region
-    size: np.ndarray     # int32 (m,), number of its cells
 
 
 @kernel
@@ -80,27 +62,25 @@ def _joined(parent, region, other):
 
 
 @kernel
-def take_regions(changes, columns, advantage, taken, places, region, sets):
+def take_regions(changes, advantage, taken, region, parent, change):
     """
     Take each region of cells whose change of cost is negative; return the change of all taken.
 
     advantage: cost a cell by which a region must be the cheaper one; taken: bool (n,), which cells
-    may be taken, then which are; places: int32 (n,), region: int32 ((R + 2) * (columns + 1),), the
-    image with a border, 0 before and after, sets: memory
+    may be taken, then which are; region: int32 (R + 3, C + 1), the image with a border, 0 before
+    and after; parent, change: int32 and int64 (m,), m > number of regions: memory, of the
+    union-find of regions, from 1 on, and of their changes, each cell's with the advantage
     """
     cells, alone, pairs = changes
-    sets = Sets(*sets)
-    parent, change, size = sets
-    diagonal, wide = pairs.shape[1] == 4, columns + 1
-    known, row = 1, 0
+    diagonal, wide = pairs.shape[1] == 4, region.shape[1]
+    known, row, columns, region = 1, 0, wide - 1, region.reshape(-1)
     for index in range(cells.size):
         row = row_of(cells[index], row, columns)
         place = cells[index] + row + wide + 1
-        places[index] = place
         if not taken[index]:
             continue
         left, up = _at(region, place - 1), _at(region, place - wide)
-        cost = np.int64(alone[index])
+        cost = np.int64(alone[index]) + advantage
         cost += pairs[index, 0] if left != 0 else 0
         if diagonal:
             up_left, up_right = _at(region, place - wide - 1), _at(region, place - wide + 1)
@@ -116,30 +96,29 @@ def take_regions(changes, columns, advantage, taken, places, region, sets):
             mine = _joined(parent, left, up)
         if mine == 0:
             mine = known
-            parent[known], change[known], size[known] = known, 0, 0
+            parent[known], change[known] = known, 0
             known += 1
         region[place] = mine
         change[mine] += cost
-        size[mine] += 1
-    total = _choose(sets, known, advantage)
+    total, row = _choose(parent, change, known), 0
     for index in range(cells.size):
-        place = np.uint64(places[index])
+        row = row_of(cells[index], row, columns)
+        place = np.uint64(cells[index] + row + wide + 1)
         taken[index] = taken[index] and change[region[place]] < 0
+        total -= advantage * taken[index]
         region[place] = 0
     return total
 
 
 @called
-def _choose(sets, known, advantage):
+def _choose(parent, change, known):
     """Let `change` be negative for regions to take, 0 for others; return the sum of the former."""
-    parent, change, size = sets
     total = np.int64(0)
     for region in range(known - 1, 0, -1):
         above = parent[region]
         if above != region:
             change[above] += change[region]
-            size[above] += size[region]
-        elif change[region] + advantage * size[region] < 0:
+        elif change[region] < 0:
             total += change[region]
         else:
             change[region] = 0

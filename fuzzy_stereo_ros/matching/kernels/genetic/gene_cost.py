@@ -7,25 +7,14 @@ A rejected pixel has no match. Its label is compared with that of the target pix
 that is nearer, the label is hidden, as it should be; if it is farther, the label would hide what
 the target shows, which is a contradiction.
 """
-from typing import NamedTuple
-
-from fuzzy_stereo_ros.matching.kernels.compiled import called, inlined, kernel
+from fuzzy_stereo_ros.matching.kernels.compiled import called, kernel
 from fuzzy_stereo_ros.matching.kernels.genetic.exchange import row_of
-from fuzzy_stereo_ros.matching.kernels.possibility.costs import Features, match_cost
+from fuzzy_stereo_ros.matching.kernels.possibility.costs import match_cost
 from fuzzy_stereo_ros.matching.kernels.units import INVALID
 import numpy as np
 
-
-class Scene(NamedTuple):
-    """What the fitness of a chromosome is measured against."""
-
-    validity: np.ndarray       # uint8 (R, C), which pixels are rejected
-    target: np.ndarray        # uint8 (R, extra + C), the target's labels modulo 256
-    target_range: tuple       # first and last column of the target that exist, from -extra on
-    hidden: int               # cost of a gene that something nearer hides, or that points outside
-    contradicted: int         # cost of a gene that hides what can be seen
-
-
+HIDDEN = 6           # cost of a gene that something nearer hides, or that points outside
+CONTRADICTED = 15    # cost of a gene that hides what can be seen
 SMOOTHNESS = 4       # divides the penalties of the scanlines, which sum four paths
 
 
@@ -38,51 +27,50 @@ def jump_cost(one, other, small, jump):
     return (np.int64(small) if difference == 1 else np.int64(jump)) // SMOOTHNESS
 
 
-@inlined
-def _gene_cost(features, scene, label, row, column):
-    """Return the data cost of one gene."""
-    pointed = column - label
-    if pointed < scene.target_range[0] or pointed > scene.target_range[1]:
-        return scene.hidden
-    if scene.validity[row, column] == INVALID:
-        extra = scene.target.shape[1] - scene.validity.shape[1]
-        nearer = np.int64(scene.target[row, pointed + extra]) - label
-        if features.disparities > 256:
-            nearer = ((nearer + 128) & 255) - 128
-        if nearer > 1:
-            return scene.hidden
-        if nearer < -1:
-            return scene.contradicted
-    return match_cost(features, row, column, label)
-
-
 @kernel
-def gene_costs(features, scene, chromosome, costs, every, first, last):
-    """Write the data cost of all genes of each row that `every` divides: uint8 (R, C)."""
-    features, scene = Features(*features), Scene(*scene)
-    for row in range(first + -first % every, last, every):
-        for column in range(chromosome.shape[1]):
-            costs[row, column] = _gene_cost(
-                features, scene, np.int64(chromosome[row, column]), row, column)
-
-
-@kernel
-def exchange_changes(features, scene, small, across, down, first, second, changes):
+def gene_costs(left, right, scene, chromosome, cells, costs):
     """
-    Write the changes of cost where cells take the second parent's genes: see crossover.Exchange.
+    Write the data costs of some genes: uint8 (n,).
+
+    left, right: of match_cost; scene: the validity; the target's labels modulo 256, uint8
+    (R, extra + C), from column -extra on; the first of its C columns that exist
+    """
+    (validity, target, lowest), columns, row = scene, chromosome.shape[1], 0
+    extra = target.shape[1] - columns
+    for index in range(cells.size):
+        row = row_of(cells[index], row, columns)
+        column = np.int64(cells[index]) - row * columns
+        label = np.int64(chromosome[row, column])
+        pointed = column - label
+        if pointed < lowest or pointed >= lowest + columns:
+            costs[index] = HIDDEN
+            continue
+        nearer = np.int64(0)
+        if validity[row, column] == INVALID:
+            nearer = np.int64(target[row, pointed + extra]) - label
+            if chromosome.itemsize > 1:
+                nearer = ((nearer + 128) & 255) - 128
+        if abs(nearer) > 1:
+            costs[index] = HIDDEN if nearer > 1 else CONTRADICTED
+        else:
+            costs[index] = match_cost(left, right, row, column, columns - 1 - pointed)
+
+
+@kernel
+def add_jump_changes(small, across, down, first, second, changes):
+    """
+    Add the changes of jumps where cells take the second parent's genes: see crossover.Exchange.
 
     changes: cells are some of those where the parents, (R, C) labels, differ
     """
     cells, alone, pairs = changes
-    features, scene = Features(*features), Scene(*scene)
     rows, columns = first.shape
     row = 0
     for index in range(cells.size):
         row = row_of(cells[index], row, columns)
         column = np.int64(cells[index]) - row * columns
         old, new = np.int64(first[row, column]), np.int64(second[row, column])
-        change = (np.int64(_gene_cost(features, scene, new, row, column))
-                  - np.int64(_gene_cost(features, scene, old, row, column)))
+        change = np.int64(0)
         for side in range(2):
             pairs[index, side] = 0
             if (row if side else column) > 0:
@@ -101,26 +89,26 @@ def exchange_changes(features, scene, small, across, down, first, second, change
                 its_old, jump = np.int64(first[place]), down[place] if side else across[place]
                 change += (jump_cost(new, its_old, small, jump)
                            - jump_cost(old, its_old, small, jump))
-        alone[index] = change
+        alone[index] += change
 
 
 @kernel
 def row_costs(small, across, down, chromosome, costs, every, first, last):
     """
-    Return the cost of the genes of every `every`-th row, and the number of these genes.
+    Return the cost of the genes of every `every`-th row: data, and jumps to the left and up.
 
-    costs: uint8 (R, C), their data costs; the jumps to the left and up are added
+    costs: uint8 (n,), of all these genes; first, last: which of these rows
     """
-    total = number = 0
-    for row in range(first + -first % every, last, every):
-        for column in range(chromosome.shape[1]):
+    total, columns = np.int64(0), chromosome.shape[1]
+    for sample in range(first, last):
+        row = sample * every
+        for column in range(columns):
             label = np.int64(chromosome[row, column])
-            total += np.int64(costs[row, column])
+            total += np.int64(costs[sample * columns + column])
             if column > 0:
                 total += jump_cost(label, np.int64(chromosome[row, column - 1]), small,
                                    across[row, column])
             if row > 0:
                 total += jump_cost(label, np.int64(chromosome[row - 1, column]), small,
                                    down[row, column])
-        number += chromosome.shape[1]
-    return total, number
+    return total

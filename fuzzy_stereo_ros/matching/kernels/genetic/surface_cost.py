@@ -1,22 +1,15 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """The cost of the genes of a map with sub-pixel disparities."""
-from typing import NamedTuple
-
 from fuzzy_stereo_ros.matching.kernels.compiled import called, inlined, kernel
 from fuzzy_stereo_ros.matching.kernels.genetic.exchange import row_of
+from fuzzy_stereo_ros.matching.kernels.possibility.fuzzy_costs import FULL
 import numpy as np
 
 COST_PARTS = 1024   # of a unit of cost that an exchange counts
-
-
-class Steps(NamedTuple):
-    """The costs of steps of disparity, and the difference from which genes are different."""
-
-    slope: float         # cost of a px beyond the free ones
-    free: float          # px that cost nothing
-    jump: float          # the most that a step costs
-    apart: float         # px by which two genes differ
+FREE, APART = np.float32(0.25), np.float32(0.5)     # px of steps that cost nothing; of other genes
+# Cost of a px beyond the free ones, and the most that a step costs; genes cost FULL / 2 at most.
+SLOPE, JUMP = np.float32(0.16 * FULL / 2), np.float32(4 * FULL / 2)
 
 
 @called
@@ -37,33 +30,26 @@ def gene_costs(costs, disparities, surface, trust, result, first, last):
             result[row, column] = trust[row, column] * cost_at(
                 costs, row, column, surface[row, column], disparities)
 
-
-@called
-def step_cost(one, other, slope, free, jump):
-    """Return what a step of disparity costs: nothing up to `free` px, in the end `jump`."""
-    return min(max(abs(one - other) - free, np.float32(0)) * slope, jump)
-
-
 @inlined
 def _parts(cost):
     return np.int64(np.rint(np.float64(cost) * COST_PARTS))
 
 
 @called
-def _step_parts(one, other, weight, steps):
-    return _parts(weight * step_cost(one, other, steps.slope, steps.free, steps.jump))
+def _step_parts(one, other, weight):
+    """Return what a step of disparity costs: nothing up to FREE px, in the end JUMP."""
+    return _parts(weight * min(max(abs(one - other) - FREE, np.float32(0)) * SLOPE, JUMP))
 
 
 @kernel
-def exchange_changes(first, first_costs, second, second_costs, weights, steps, changes):
+def exchange_changes(first, first_costs, second, second_costs, weights, changes):
     """
     Write the changes of cost where cells take the second parent's genes: see crossover.Exchange.
 
     first, second: float32 (R, C), px; first_costs, second_costs: float32 (R, C), what the genes
     cost; weights: float32 (2, R, C), of the steps to the left and up; changes: cells are some of
-    those where the parents are `apart`
+    those where the parents are APART
     """
-    steps = Steps(*steps)
     cells, alone, pairs = changes
     rows, columns = first.shape
     row = 0
@@ -78,16 +64,16 @@ def exchange_changes(first, first_costs, second, second_costs, weights, steps, c
                 place = row - side, column - 1 + side
                 weight = weights[side, row, column]
                 its_old, its_new = first[place], second[place]
-                before = _step_parts(old, its_old, weight, steps)
-                after = _step_parts(new, its_old, weight, steps)
+                before = _step_parts(old, its_old, weight)
+                after = _step_parts(new, its_old, weight)
                 change += after - before
-                if abs(its_old - its_new) > steps.apart:
+                if abs(its_old - its_new) > APART:
                     pairs[index, side] = before - after + (
-                        _step_parts(new, its_new, weight, steps)
-                        - _step_parts(old, its_new, weight, steps))
+                        _step_parts(new, its_new, weight)
+                        - _step_parts(old, its_new, weight))
             if (row + 1 < rows) if side else (column + 1 < columns):
                 place = row + side, column + 1 - side
                 weight = weights[side, place[0], place[1]]
-                change += (_step_parts(new, first[place], weight, steps)
-                           - _step_parts(old, first[place], weight, steps))
+                change += (_step_parts(new, first[place], weight)
+                           - _step_parts(old, first[place], weight))
         alone[index] = change

@@ -228,16 +228,13 @@ def fill_exchange(first, second, weights, changes):
                                   - bend(one, row, column, other, y, x, weight))
 
 
-class Demands(NamedTuple):
-    """When a region that moves needs evidence, and how much."""
-
-    far: np.float32          # px by which it moves
-    price: int               # of cost that it may gain for each pixel that is not trusted
-    least: int               # number of its pixels
+FAR = np.float32(0.5)        # px by which a region that moves needs evidence
+PRICE = int(0.2 * UNIT)      # of cost that it may gain for each pixel that the views disagree on
+LEAST = 100                  # number of its pixels
 
 
 @kernel(allocates=True)
-def reject_unfounded(labels, old, new, trusted, demands, selected):
+def reject_unfounded(labels, old, new, trusted, selected):
     """
     Reject regions that a proposal moves although their visible matches get worse.
 
@@ -248,7 +245,6 @@ def reject_unfounded(labels, old, new, trusted, demands, selected):
     selected: bool (R, C), set to false in regions that are rejected
     """
     (old, old_costs), (new, new_costs) = old, new
-    far, price, least = demands
     rows, columns = selected.shape
     region = np.empty((rows, columns), np.int32)    # numbers from 1 on; 0 is none, its parent 0
     parent, size = np.empty(selected.size + 1, np.int32), np.empty(selected.size + 1, np.int32)
@@ -257,7 +253,7 @@ def reject_unfounded(labels, old, new, trusted, demands, selected):
     for row in range(rows):
         for column in range(columns):
             region[row, column] = 0
-            if not selected[row, column] or not abs(new[row, column] - old[row, column]) > far:
+            if not selected[row, column] or not abs(new[row, column] - old[row, column]) > FAR:
                 continue
             left = above = 0
             if column > 0 and labels[row, column - 1] == labels[row, column]:
@@ -275,10 +271,10 @@ def reject_unfounded(labels, old, new, trusted, demands, selected):
             region[row, column] = mine
             size[mine] += 1
             excess[mine] += (np.int64(new_costs[row, column]) - old_costs[row, column]
-                             if trusted[row, column] else -np.int64(price))
+                             if trusted[row, column] else -np.int64(PRICE))
     for row in range(rows):
         for column in range(columns):
             if region[row, column] > 0:
                 mine = root(parent, region[row, column])
-                if excess[mine] > 0 and size[mine] >= least:
+                if excess[mine] > 0 and size[mine] >= LEAST:
                     selected[row, column] = False

@@ -9,8 +9,7 @@ The Hamming distance may count the nearest eight neighbours twice: they blur edg
 """
 from typing import NamedTuple
 
-from fuzzy_stereo_ros.matching.kernels.addresses import (
-    load_byte, repeat_bytes, splat_word)
+from fuzzy_stereo_ros.matching.kernels.addresses import repeat_bytes, splat_word
 from fuzzy_stereo_ros.matching.kernels.compiled import called, inlined
 from fuzzy_stereo_ros.matching.kernels.simd import (
     absolute_difference, add, bit_and, bit_or, bit_xor, count_bits, count_bits_of_word,
@@ -18,6 +17,7 @@ from fuzzy_stereo_ros.matching.kernels.simd import (
     splat, splat_like, store, subtract)
 import numpy as np
 
+CENSUS_CUT, SLOPE_CUT = 14, 4   # largest differences that count at full size
 DEAD_ZONE = 4       # bit of a weight of a prior from which on its dead zone begins
 
 
@@ -140,20 +140,18 @@ def box_row(search, above, here, below, blocks, costs, at):
 
 
 @inlined
-def match_cost(features, row, column, label):
-    """Return the cost of one candidate without priors, as raw_costs has it."""
-    mirrored = features.columns - 1 - column + label
-    stride, target_stride = features.census_stride, features.target_stride
-    base, candidate = row * 3 * stride + column, row * 3 * target_stride + mirrored
+def match_cost(left, right, row, column, mirrored):
+    """
+    Return the cost of one match of full images without priors, as raw_costs has it.
+
+    left, right: census, uint8 (R, 3, ...), and slopes, uint8 (R, ...); mirrored: column of the
+    right ones
+    """
+    (census, slopes), (target_census, target_slopes) = left, right
     word = np.uint32(0)
     for plane in range(3):
-        code = (load_byte(features.census, base + plane * stride)
-                ^ load_byte(features.target_census, candidate + plane * target_stride))
+        code = census[row, plane, column] ^ target_census[row, plane, mirrored]
         word |= np.uint32(code) << np.uint32(8 * plane)
-    difference = abs(
-        np.int64(load_byte(features.slopes, row * features.slope_stride + column))
-        - np.int64(load_byte(features.target_slopes, row * target_stride + mirrored)))
-    distance = count_bits_of_word(word)
-    if features.near_weight > 1:
-        distance += count_bits_of_word(word & np.uint32(255))
-    return min(distance, features.census_cut) + min(difference, features.slope_cut)
+    difference = abs(np.int64(slopes[row, column]) - np.int64(target_slopes[row, mirrored]))
+    distance = count_bits_of_word(word) + count_bits_of_word(word & np.uint32(255))
+    return min(distance, CENSUS_CUT) + min(difference, SLOPE_CUT)

@@ -89,14 +89,14 @@ def luminance_of_bytes(image, left_shift, mirrored, luminance, grey, first, last
 
 
 @kernel
-def spread(picture, columns, begin, wide, wide_columns, first, last):
+def spread(picture, begin, wide, first, last):
     """
     Copy an image into a wider one, from its column `begin` on; border pixels fill the rest.
 
-    picture, wide: luminance and grey; columns, wide_columns: of the images without padding;
-    columns beyond `wide_columns` are not copied.
+    picture, wide: luminance and grey; columns beyond the wider one are not copied.
     """
     (luminance, grey), (wide_luminance, wide_grey) = picture, wide
+    columns, wide_columns = grey.shape[1] - SLACK, wide_grey.shape[1] - SLACK
     for row in range(first, last):
         _spread_row(luminance[row + MARGIN, MARGIN:columns + MARGIN], begin,
                     wide_luminance[row + MARGIN, MARGIN:wide_columns + MARGIN])

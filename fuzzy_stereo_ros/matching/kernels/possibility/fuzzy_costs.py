@@ -13,8 +13,6 @@ Zhang, Lu and Lafruit, Cross-based local stereo matching, 2009. Sums over arms a
 running sums, so that long arms cost no more than short ones. Running sums may overflow: their
 differences do not.
 """
-from typing import NamedTuple
-
 from fuzzy_stereo_ros.matching.kernels.compiled import called, inlined, kernel
 from fuzzy_stereo_ros.matching.kernels.simd import (
     absolute_difference, add, bit_xor, count_bits, high_product, LANES, load, maximum, minimum,
@@ -61,13 +59,6 @@ def census(fine, radius, codes, first, last):
                 bit += 1
 
 
-class PixelFeatures(NamedTuple):
-    """What is compared of each pixel; of the target mirrored, the last column repeated."""
-
-    codes: np.ndarray    # uint16 (R, K, C or C + labels), census
-    planes: np.ndarray   # uint16 (R, PLANES, C or C + labels)
-
-
 @kernel
 def fill_costs(reference, target, weights, disparities, first_inside, costs, first, last):
     """
@@ -76,30 +67,30 @@ def fill_costs(reference, target, weights, disparities, first_inside, costs, fir
     A label that points beyond the target image costs as much as the last one inside, at least half
     of FULL: a flat neutral cost there would attract low texture such as roads.
 
-    reference, target: of PixelFeatures; weights: uint16 (4,) of a bit, a step of colour, of slope,
-    of gradient, in UNITs; first_inside: first column of the target that exists; costs: FULL for
+    reference, target: uint16 (R, K + PLANES, C or C + labels), K planes of the census, and those
+    of colours, slopes and gradients; of the target mirrored, the last column repeated; weights:
+    uint16 (4,) of a bit, a step of colour, of slope, of gradient, in UNITs; first_inside: first
+    column of the target that exists; costs: FULL for
     labels from `disparities` on
     """
-    (codes, planes), (target_codes, target_planes) = reference, target
     columns, labels = costs.shape[1], costs.shape[2]
-    flat, flat_planes, flat_codes = (costs.reshape(-1), target_planes.reshape(-1),
-                                     target_codes.reshape(-1))
-    stride = target_planes.shape[2]
+    flat, flat_planes, stride = costs.reshape(-1), target.reshape(-1), target.shape[2]
+    scales, of_row = target.shape[1] - PLANES, target.shape[1] * stride
     bit, colour, slope, gradient = (splat(weights[0]), splat(weights[1]), splat(weights[2]),
                                     splat(weights[3]))
     for row in range(first, last):
-        here, code = planes[row], codes[row]
+        code, here = reference[row], reference[row, scales:]
         for column in range(columns):
             place = (row * columns + column) * labels
             for block in range(0, labels, LANES):
-                begin = columns - 1 - column + block
+                begin = row * of_row + columns - 1 - column + block
                 distance = splat(np.uint16(0))
-                for scale in range(codes.shape[1]):
-                    other = load(flat_codes, (row * codes.shape[1] + scale) * stride + begin)
+                for scale in range(scales):
+                    other = load(flat_planes, scale * stride + begin)
                     distance = add(distance, count_bits(bit_xor(splat(code[scale, column]),
                                                                 other)))
                 exponent = multiply(distance, bit)
-                begin += row * PLANES * stride
+                begin += scales * stride
                 for channel in range(CHANNELS):
                     value = splat(here[channel, column])
                     other = load(flat_planes, begin + channel * stride)

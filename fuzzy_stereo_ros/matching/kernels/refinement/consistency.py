@@ -1,8 +1,6 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Which pixels to reject: left-right consistency and small components (speckles)."""
-from typing import NamedTuple
-
 from fuzzy_stereo_ros.matching.kernels.compiled import called, inlined, kernel
 from fuzzy_stereo_ros.matching.kernels.simd import (
     absolute_difference, equal_bits, first_set, LANES, load, saturating_subtract, splat,
@@ -100,15 +98,6 @@ def reject_changed(labels, genes, validity, final_validity, first, last):
             final_validity[row, column] = np.uint8(INVALID) if away > 1 else before
 
 
-class ComponentRuns(NamedTuple):
-    """The runs of the components of a map of R * C pixels, and the union-find of these."""
-
-    begin: np.ndarray    # int32 (R * C,), the first pixel of each run
-    end: np.ndarray      # int32 (R * C,), the one after its last
-    parent: np.ndarray   # int32 (R * C,)
-    size: np.ndarray     # int32 (R * C,), pixels of the component, known for its representative
-
-
 @called
 def _near(labels, one, two, step):
     return abs(np.int64(labels[one]) - np.int64(labels[two])) <= step
@@ -169,7 +158,7 @@ def _touch(labels, begin, end, columns, step):
 @inlined
 def _join_rows(labels, columns, step, runs, above, stop, first, last):
     """Join the runs first .. last of a row with those above, above .. stop, that they touch."""
-    begin, end, parent, size = runs
+    begin, end, parent, size = runs[0], runs[1], runs[2], runs[3]
     for run in range(first, last):
         low, high = begin[run] - columns, end[run] - columns
         while above < stop and end[above] <= low:
@@ -184,15 +173,17 @@ def _join_rows(labels, columns, step, runs, above, stop, first, last):
 
 
 @kernel
-def find_components(labels, validity, columns, step, runs, marks, first, last):
+def find_components(labels, validity, step, runs, marks, first, last):
     """
     Find the components of some rows: 4-connected by steps of at most `step`, of valid pixels.
 
-    labels, validity: flat, of R * columns pixels; runs: the fields of ComponentRuns, those of
-    these rows begin at first * columns; marks: int64 (3,), where the runs of the first row end,
-    where those of the last row begin, and end
+    runs: int32 (4, R * C), the first pixel of each run, the one after its last, its parent in a
+    union-find, and the pixels of the component, known for its representative; those of these rows
+    begin at first * C; marks: int64 (3,), where the runs of the first row end, where those of the
+    last row begin, and end
     """
-    begin, end, parent, size = runs
+    columns, labels, validity = labels.shape[1], labels.reshape(-1), validity.reshape(-1)
+    begin, end, parent, size = runs[0], runs[1], runs[2], runs[3]
     known = above = first * columns
     for row in range(first, last):
         begun = known
@@ -209,8 +200,9 @@ def find_components(labels, validity, columns, step, runs, marks, first, last):
 
 
 @kernel
-def join_components(labels, columns, step, runs, marks, edges):
+def join_components(labels, step, runs, marks, edges):
     """Join the components of bands where they touch; edges: the first row of each band."""
+    columns, labels = labels.shape[1], labels.reshape(-1)
     for band in range(1, edges.size):
         _join_rows(labels, columns, step, runs, marks[band - 1, 1], marks[band - 1, 2],
                    edges[band] * columns, marks[band, 0])
@@ -219,7 +211,8 @@ def join_components(labels, columns, step, runs, marks, edges):
 @kernel
 def reject_small(validity, smallest, runs, first, last):
     """Reject the runs first .. last that belong to components of fewer than `smallest` pixels."""
-    begin, end, parent, size = runs
+    begin, end, parent, size = runs[0], runs[1], runs[2], runs[3]
+    validity = validity.reshape(-1)
     for run in range(first, last):
         top = run
         while parent[top] != top:       # other threads read the same: nothing is shortened

@@ -2,27 +2,27 @@
 # SPDX-License-Identifier: Apache-2.0
 """What both views show at the matches of a map: sums over blocks of pixels, and clipped pixels."""
 from fuzzy_stereo_ros.matching.kernels.compiled import kernel
-from fuzzy_stereo_ros.matching.kernels.possibility.features import MARGIN
+from fuzzy_stereo_ros.matching.kernels.possibility.features import MARGIN, SLACK
 from fuzzy_stereo_ros.matching.kernels.units import CONSISTENT, INVALID, VOTED
 import numpy as np
 
 BLOCK = 4       # half-size pixels of a side of the blocks
 DARK, BRIGHT = 1, 2     # ends at which a pixel is clipped
+DARKEST, BRIGHTEST = 0, 254 * 256   # luminance up to and from which it is
 SUMS = 6        # of a block: pixels, left, right, left squared, right squared, left times right
 
 
 @kernel
-def sum_blocks(labels, left, right, ends, sums, clipped, first, last):
+def sum_blocks(labels, left, right, shift, sums, clipped, first, last):
     """
     Add up the luminance of both views at half size in blocks of pixels, as a map matches them.
 
     labels: (R, C) at full size; left, right: uint16, padded, the right one mirrored, see features;
-    ends: columns to the right, at full size, by which the right one is not moved yet, its columns,
-    and the luminance up to and from which a pixel is clipped;
+    shift: columns to the right, at full size, by which the right one is not moved yet;
     sums: float64 (SUMS, block rows, block columns), written for the rows of blocks first to last,
     exact; clipped: uint8 (r, c), DARK, BRIGHT, both or 0, of either of the two pixels
     """
-    (shift, width, dark, bright), (rows, columns) = ends, clipped.shape
+    (rows, columns), width = clipped.shape, right.shape[1] - 2 * MARGIN - SLACK
     for block_row in range(first, last):
         sums[:, block_row] = 0
         for row in range(BLOCK * block_row, min(BLOCK * (block_row + 1), rows)):
@@ -35,8 +35,8 @@ def sum_blocks(labels, left, right, ends, sums, clipped, first, last):
                     away = (np.int64(genes[2 * column]) + shift + 1) >> 1
                     pointed = min(max(columns - 1 - column + away, 0), width - 1)
                     here, there = np.int64(line[column]), np.int64(other[pointed])
-                    marks[column] = (DARK * (min(here, there) <= dark)
-                                     | BRIGHT * (max(here, there) >= bright))
+                    marks[column] = (DARK * (min(here, there) <= DARKEST)
+                                     | BRIGHT * (max(here, there) >= BRIGHTEST))
                     lefts += here
                     rights += there
                     squares += here * here

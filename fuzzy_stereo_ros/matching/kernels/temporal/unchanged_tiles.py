@@ -1,8 +1,6 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Find the tiles that differ from the previous picture by noise alone."""
-from typing import NamedTuple
-
 from fuzzy_stereo_ros.matching.kernels.addresses import of_rank
 from fuzzy_stereo_ros.matching.kernels.compiled import called, kernel
 from fuzzy_stereo_ros.matching.kernels.temporal.change_detection import (
@@ -12,19 +10,12 @@ import numpy as np
 QUIET_TILES = 0.2    # share of the tiles that are expected to differ by noise alone
 ROUGH = 0.61         # most noise by its second differences: 1.5 / sqrt(6) of their mean size
 RESTS = 0.9          # share of unchanged tiles from which changed ones may be averaged again
-
-
-class Rules(NamedTuple):
-    """By how much a tile may differ from the previous picture and still count as unchanged."""
-
-    loud: float      # limit of the differences of its pixels, as a factor of those of noise
-    white: float     # limit of the means of its blocks, as a factor of its pixels; white noise: 1
-    peak: float      # limit of the mean of any block, as a factor of its pixels
-    bump: float      # limit of the pixels of any block, as a factor of its pixels
-    slack: float     # grey levels added to each limit, twice to those of blocks
-    oldest: int      # largest number of frames that are averaged
-    drift: float     # limit of a drift, in standard deviations of the sum of noise over frames
-    alike: float     # correlation of the changes that both views show at a point
+# Limits of the differences of an unchanged tile: of pixels, as a factor of those of noise; of the
+# means of blocks (1 in white noise), the mean and the pixels of any block, as factors of those of
+# the tile's pixels; grey levels added to each limit, twice to those of blocks.
+LOUD, WHITE, PEAK_LIMIT, BUMP_LIMIT, SLACK = 1.2, 1.5, 1.3, 1.8, 0.3
+OLDEST = 32          # largest number of frames that are averaged
+DRIFT = 6.0          # limit of a drift, in standard deviations of the sum of noise over frames
 
 
 @kernel(allocates=True)
@@ -87,7 +78,7 @@ def _noise(differences, rough, brightness, darkest, brightest):
 
 
 @kernel(allocates=True)
-def choose_tiles(differences, ages, noises, rules, choices, new_ages, sizes):
+def choose_tiles(differences, ages, noises, choices, new_ages, sizes):
     """
     Decide which tiles are unchanged, and after which shift.
 
@@ -95,13 +86,12 @@ def choose_tiles(differences, ages, noises, rules, choices, new_ages, sizes):
 
     differences: float32 (N, MEASURES, tile rows, tile columns), by shift, see compare_tiles;
     ages: float32 (N, tile rows, tile columns), moved alike, frames; noises: see tile_noises;
-    rules: the fields of Rules;
     choices: int8, index of the shift with the least difference, -1 where the tile has changed;
     new_ages: float32, number of frames in the average, with this one; sizes: float32, the
     difference.
     """
     louder = np.ones(ages.shape, np.float32)
-    share = _choose(differences, ages, noises, louder, Rules(*rules), choices, new_ages, sizes)
+    share = _choose(differences, ages, noises, louder, choices, new_ages, sizes)
     if share > RESTS:
         flat, old = louder.ravel(), ages.ravel()
         for tile in range(flat.size):
@@ -111,11 +101,11 @@ def choose_tiles(differences, ages, noises, rules, choices, new_ages, sizes):
                  + of_rank(some, number, number // 2)) / np.float32(2)
         for tile in range(flat.size):
             flat[tile] = max(flat[tile] / usual, np.float32(1))
-        _choose(differences, ages, noises, louder, Rules(*rules), choices, new_ages, sizes)
+        _choose(differences, ages, noises, louder, choices, new_ages, sizes)
 
 
 @called
-def _choose(differences, ages, noises, louder, rules, choices, new_ages, sizes):
+def _choose(differences, ages, noises, louder, choices, new_ages, sizes):
     """Decide as choose_tiles, return the share; louder: float32, as ages, factors of noises."""
     chosen = 0
     for row in range(choices.shape[0]):
@@ -125,31 +115,30 @@ def _choose(differences, ages, noises, louder, rules, choices, new_ages, sizes):
                 if differences[shift, SIZE, row, column] < differences[best, SIZE, row, column]:
                     best = shift
             size, blocks, peak, loudest = differences[best, SIZE:BUMP + 1, row, column]
-            age, slack = ages[best, row, column], rules.slack
+            age = ages[best, row, column]
             noise = noises[row, column] * louder[best, row, column]
-            same = (age > 0 and size <= rules.loud * noise + slack
-                    and blocks <= rules.white * size + 2 * slack
-                    and peak <= rules.peak * size + 2 * slack
-                    and loudest <= rules.bump * size + 2 * slack)
+            same = (age > 0 and size <= LOUD * noise + SLACK
+                    and blocks <= WHITE * size + 2 * SLACK
+                    and peak <= PEAK_LIMIT * size + 2 * SLACK
+                    and loudest <= BUMP_LIMIT * size + 2 * SLACK)
             choices[row, column] = best if same else -1
-            new_ages[row, column] = min(age + 1, rules.oldest) if same else 1
+            new_ages[row, column] = min(age + 1, OLDEST) if same else 1
             sizes[row, column] = size
             chosen += same
     return chosen / choices.size
 
 
 @kernel
-def add_drifts(differences, rules, choices, drifts_then, drifts):
+def add_drifts(differences, choices, drifts_then, drifts):
     """
     Add the difference of each tile in the direction of a motion to that of the previous frames.
 
-    Noise cancels, a motion too slow to be seen in one frame adds up. differences, rules, choices:
-    as in choose_tiles; drifts_then, drifts: float32 (N, 2, ...) and (2, tile rows, tile columns):
+    Noise cancels, a motion too slow to be seen in one frame adds up. differences, choices: as
+    in choose_tiles; drifts_then, drifts: float32 (N, 2, ...) and (2, tile rows, tile columns):
     the sum, and its variance where there is noise alone; older frames count less, as
     in the average.
     """
-    rules = Rules(*rules)
-    keep = np.float32(1 - 1 / rules.oldest)
+    keep = np.float32(1 - 1 / OLDEST)
     for row in range(choices.shape[0]):
         for column in range(choices.shape[1]):
             choice = choices[row, column]
@@ -165,16 +154,15 @@ def add_drifts(differences, rules, choices, drifts_then, drifts):
                                       + coloured * differences[choice, VARIANCE, row, column])
 
 
-@kernel
-def reject_drifting(rules, choices, ages, before, drifts):
+@kernel(allocates=True)
+def reject_drifting(choices, ages, drifts):
     """
     Restart the average of tiles that drift, alone or with the tiles around them.
 
-    rules, choices, ages: as in choose_tiles, changed; drifts: see add_drifts, changed; before: a
-    copy of them
+    choices, ages: of choose_tiles, drifts: of add_drifts; all are changed
     """
-    rules, (rows, columns) = Rules(*rules), choices.shape
-    most = np.float32(rules.drift**2)
+    (rows, columns), before = choices.shape, drifts.copy()
+    most = np.float32(DRIFT**2)
     for row in range(rows):
         for column in range(columns):
             if choices[row, column] < 0:

@@ -13,7 +13,6 @@ from fuzzy_stereo_ros.matching.kernels.compiled import inlined, kernel
 from fuzzy_stereo_ros.matching.kernels.rows import copy_row
 from fuzzy_stereo_ros.matching.kernels.simd import count_bits_of_word
 from fuzzy_stereo_ros.matching.kernels.temporal.change_detection import TILE
-from fuzzy_stereo_ros.matching.kernels.units import CONSISTENT, STEPS
 import numpy as np
 
 NO_LABEL = -1.0     # label of a cell that nothing moved to
@@ -22,6 +21,11 @@ FARTHEST = 0.3      # px of disparity; points with less are not moved
 WIDEST = 3.0        # cells that a moved cell covers at the most, in each direction
 NEW = -1            # origin of a cell that the previous frame did not show
 BEHIND = 0.05       # least new distance of a point, as a share of its old one
+CENSUS_SIDE = 3     # cells of a side of the square in which distances of census are summed
+# largest sum of distances of a trusted moved label: less than by chance, 12 bits a cell
+UNLIKE = 10 * CENSUS_SIDE**2
+LIKELIER = 4        # by which its sum must be below that of the half map where they differ
+AGREEING, FLAT = 3, 3   # labels by which they may differ; largest range of labels in 3 x 3 cells
 
 
 class Motion(NamedTuple):
@@ -36,13 +40,6 @@ class Moved(NamedTuple):
 
     labels: np.ndarray   # float32 (r, c), NO_LABEL where no cell moved to
     source: np.ndarray   # int32 (r, c), the cell there came from, row * c + column; -1 for none
-
-
-class PreviousCells(NamedTuple):
-    """What is known of the cells of the previous frame."""
-
-    validity: np.ndarray     # uint8 (r, c), see units
-    survived: np.ndarray     # uint8 (r, c), how many frames the label had survived
 
 
 @inlined
@@ -113,17 +110,16 @@ def _place_before(label, motion, row, column, rows, columns):
 
 
 @kernel
-def census_distances(moved, half, near, motion, census, distances, first, last):
+def census_distances(moved, half, motion, census, distances, first, last):
     """
     Write the census distance between each cell and the place of its point in the previous frame.
 
     The place is computed as if the point stood still. moved: labels of Moved; half: (r, c), labels
-    of the half map; near: labels that differ by less count as equal; motion: the fields of a
-    Motion from cells now to pixels before; census: now and before, uint32 (R, C), of pack_census;
-    distances: two of uint8 (r, c), by the moved label, and by that of the half map; the half rows
-    first to last - 1.
+    of the half map; motion: the fields of a Motion from cells now to pixels before; census: now
+    and before, uint32 (R, C), of pack_census; distances: uint8 (2, r, c), by the moved label, and
+    by that of the half map, of which near ones count as equal.
     """
-    motion, (now, before), (by_moved, by_half) = Motion(*motion), census, distances
+    motion, (now, before) = Motion(*motion), census
     rows, columns = before.shape
     then = before.reshape(-1)       # an array handed to an inlined function is counted each time
     for row in range(first, last):
@@ -137,28 +133,24 @@ def census_distances(moved, half, near, motion, census, distances, first, last):
                     found = count_bits_of_word(here ^ then[place])
                 seen = np.float32(2 * np.int32(half[row, column])) + np.float32(0.5)
                 other = found
-                if abs(seen - label) > near:
+                if abs(seen - label) > AGREEING:
                     place = _place_before(seen, motion, row, column, rows, columns)
                     other = count_bits_of_word(here ^ then[place]) if place >= 0 else np.int64(
                         UNSEEN)
-            by_moved[row, column], by_half[row, column] = found, other
+            distances[0, row, column], distances[1, row, column] = found, other
 
 
 @kernel(allocates=True)
-def trusted_moved(moved, previous, half, distances, rules, strengths, first, last):
+def trusted_moved(moved, before, half, distances, weights, first, last):
     """
-    Write the weight of the moved map in the prior of each cell: 0, or a strength.
+    Write the weight of the moved map in the prior of each cell: 0, or that of where it came from.
 
-    moved: the fields of Moved; previous: those of PreviousCells; half: (r, c), labels of the half
-    map; distances: two of uint16 (r, c), summed, of the moved map and of the half map; rules:
-    int64 (most, near, likelier, flat, longest): the largest distance; the largest difference from
-    the half map; by how much the distance must be smaller where the difference is larger; the
-    largest range of labels around a cell; the largest strength; strengths: uint8 (r, c), written.
+    moved: the fields of Moved; before: uint8 (r, c), weights of the cells of the previous frame;
+    half: (r, c), labels of the half map; distances: uint16 (2, r, c), summed, of the moved map and
+    of the half map; weights: uint8 (r, c), written.
     """
-    most, near, likelier, flat, longest = rules
-    (labels, source), (validity, survived), (by_moved, by_half) = moved, previous, distances
+    (labels, source), flat = moved, before.reshape(-1)
     rows, columns = labels.shape
-    flat_validity, flat_survived = validity.reshape(-1), survived.reshape(-1)
     low = np.full(columns + 2, np.inf, np.float32)
     high = np.full(columns + 2, NO_LABEL, np.float32)
     for row in range(first, last):
@@ -168,19 +160,18 @@ def trusted_moved(moved, previous, half, distances, rules, strengths, first, las
                                   _or_far(below[column]))
             high[column + 1] = max(above[column], here[column], below[column])
         for column in range(columns):
-            strengths[row, column] = 0
+            weights[row, column] = 0
             cell, label = np.int64(source[row, column]), here[column]
-            if cell < 0 or by_moved[row, column] > most:
+            if cell < 0 or distances[0, row, column] > UNLIKE:
                 continue
-            if flat_validity[cell] != CONSISTENT:
-                continue
-            if (abs(np.float32(2 * np.int32(half[row, column])) + np.float32(0.5) - label) > near
-                    and by_moved[row, column] + likelier > by_half[row, column]):
+            seen = np.float32(2 * np.int32(half[row, column])) + np.float32(0.5)
+            if (abs(seen - label) > AGREEING
+                    and distances[0, row, column] + LIKELIER > distances[1, row, column]):
                 continue
             least = min(low[column], low[column + 1], low[column + 2])
             largest = max(high[column], high[column + 1], high[column + 2])
-            if largest - least <= flat:
-                strengths[row, column] = min(np.int64(flat_survived[cell]) + 1, longest)
+            if largest - least <= FLAT:
+                weights[row, column] = flat[cell]
 
 
 @inlined
@@ -190,21 +181,20 @@ def _or_far(label):
 
 
 @kernel(allocates=True)
-def moved_prior(moved, highest, by_strength, known, weights, labels, first, last):
+def moved_prior(moved, highest, known, weights, labels, first, last):
     """
     Spread the moved map to full size, where there is no prior yet.
 
-    moved: float32 (r, c), labels, and uint8 (r, c), their strengths; highest: the last label;
-    by_strength: uint8, the weights of strengths; known: (R, C), labels that the weights
-    belong to; weights: uint8 (R, C), 0 where there is none, written; labels: (R, C), written; the
-    half rows first .. last.
+    moved: float32 (r, c), labels, and uint8 (r, c), their weights; highest: the last label; known:
+    (R, C), labels that the weights belong to; weights: uint8 (R, C), 0 where there is none,
+    written; labels: (R, C), written; first, last: half rows.
     """
-    moved_labels, strengths = moved
+    moved_labels, moved_weights = moved
     rows, columns = moved_labels.shape
     near, weight = np.empty(columns, labels.dtype), np.empty(columns, np.uint8)
     for row in range(first, last):
         for column in range(columns):
-            weight[column] = by_strength[strengths[row, column]]
+            weight[column] = moved_weights[row, column]
             near[column] = min(np.int32(moved_labels[row, column] + np.float32(0.5)), highest)
         for full in range(2 * row, labels.shape[0] if row == rows - 1 else 2 * row + 2):
             line, weight_line, known_line = labels[full], weights[full], known[full]
@@ -217,24 +207,21 @@ def moved_prior(moved, highest, by_strength, known, weights, labels, first, last
 
 
 @kernel
-def note_survivors(fine, moved, strengths, survived, labels, survived_now, first, last):
+def note_survivors(labels, moved, weights, survived, survived_now, first, last):
     """
-    Write the labels of this frame on the half grid, and how many frames they survived.
+    Write how many frames the labels of this frame, on the half grid, survived.
 
-    fine: (R, C), 1 / STEPS of a label; moved: the fields of Moved, and strengths: of this frame;
-    survived: uint8 (r, c), of the one before; labels: float32 (r, c), survived_now: uint8 (r, c),
-    written: 0 where the search did not rely on the moved label, or chose another.
+    labels: float32 (r, c); moved: the fields of Moved, and weights: of trusted_moved, of this
+    frame; survived: uint8 (r, c), of the one before; survived_now: uint8 (r, c), 0 where the
+    search did not rely on the moved label, or chose another.
     """
-    moved = Moved(*moved)
-    columns, flat_survived = labels.shape[1], survived.reshape(-1)
+    (moved_labels, source), flat_survived = moved, survived.reshape(-1)
     for row in range(first, last):
-        for column in range(columns):
-            label = np.float32(fine[2 * row, 2 * column]) / np.float32(STEPS)
-            labels[row, column] = label
+        for column in range(labels.shape[1]):
             age = np.int64(0)
-            if strengths[row, column] > 0 and abs(label - moved.labels[row, column]) <= 1:
-                cell = np.int64(moved.source[row, column])
-                age = min(np.int64(flat_survived[cell]) + 1, 255)
+            if (weights[row, column] > 0
+                    and abs(labels[row, column] - moved_labels[row, column]) <= 1):
+                age = min(np.int64(flat_survived[np.int64(source[row, column])]) + 1, 255)
             survived_now[row, column] = age
 
 
@@ -260,18 +247,18 @@ def to_right(moved, shift, seen):
 
 
 @kernel
-def look_back(labels, motion, shift, of_right, across, down, first, last):
+def look_back(labels, motion, shift, of_right, places, first, last):
     """
     Write the pixel of the previous frame that showed the point at each cell's centre.
 
     labels: float32 (r, c), as the left or the right image sees them; motion: the fields of a
     Motion from centres of cells of the left image to its pixels before; shift: as of to_right;
-    across, down: float32 (r, c), px, outside the image where it is not known.
+    places: float32 (2, r, c), columns and rows, px, outside the image where it is not known.
     """
     matrix, lowest = motion
     for row in range(first, last):
         for column in range(labels.shape[1]):
-            across[row, column] = down[row, column] = -10.0
+            places[:, row, column] = -10.0
             label = np.float64(labels[row, column])
             if label < 0:
                 continue
@@ -280,7 +267,7 @@ def look_back(labels, motion, shift, of_right, across, down, first, last):
             if nearness > 0.0:
                 if of_right:
                     there -= (label + lowest) * nearness - lowest + shift
-                across[row, column], down[row, column] = there, here
+                places[0, row, column], places[1, row, column] = there, here
 
 
 @kernel
@@ -302,18 +289,18 @@ def origins_of_tiles(choices, down, right, origins):
 
 
 @kernel
-def inherit(before, origins, lowest, scale, highest, rounding, fresh, genes):
+def inherit(before, origins, lowest, scale, highest, fresh, genes):
     """
     Write a chromosome: the genes of the previous one where they were, new ones elsewhere.
 
     before: uint16 or float32 (R, C); origins: int32 (R, C); lowest: px, the disparity of gene 0;
     scale: (a, b, c, d), the disparity of a point becomes that by a * column + b * row + c + d *
-    disparity; highest: the last gene; rounding: is added to genes; fresh: (R, C), genes of NEW
-    cells; genes: (R, C), written; both of the type of `before`
+    disparity; highest: the last gene; fresh: (R, C), genes of NEW cells; genes: (R, C), written;
+    both of the type of `before`
     """
     rows, columns = origins.shape
     across, down, constant, by_disparity = scale
-    flat = before.reshape(-1)
+    flat, rounding = before.reshape(-1), 0.5 if genes.itemsize == 2 else 0.0    # of whole ones
     for row in range(rows):
         for column in range(columns):
             origin = np.int64(origins[row, column])
