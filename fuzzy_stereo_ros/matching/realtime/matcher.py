@@ -90,9 +90,10 @@ class RealtimeMatcher:
             self._views.half.left, self._views.half.right, self._views.noises)
         self._fitness = CensusFitness(
             full, self._refinement.validity, self._generation.chosen.target)
-        self.population = Population(self._fitness, self._generation.chosen.labels)
+        self.population = Population(
+            self.pool, self._fitness, self._stages.crossover(rows, columns),
+            self._generation.chosen.labels)
         self._weak_regions = self._stages.mutation(full, labels_type)
-        self._crossover = self._stages.crossover(rows, columns)
         self._durations = Durations()
 
     def match(self, left, right, previous, random, budget, observe=None, camera=None):
@@ -112,8 +113,8 @@ class RealtimeMatcher:
         half = self._search_half_size(watch)
         chosen, warm_start = self._select_at_full_size(half, previous, watch)
         budget = budget.reserving(self._durations[REFINING])
-        operators = self._weak_regions.operators(self.pool, self._crossover)
-        history = evolve(self.population, operators, random, budget, observe, self._durations)
+        history = evolve(self.population, self._weak_regions.operators, random, budget, observe,
+                         self._durations)
         best = self.population.genes[self.population.best]
         watch.lap('generations')
         before = sum(watch.times.values())
@@ -171,25 +172,17 @@ class RealtimeMatcher:
         half: the `HalfSizeResult`; previous: the previous frame's FrameState or None. Returns the
         `SearchResult`, and whether the previous best takes part.
         """
-        pool, refinement, population = self.pool, self._refinement, self.population
-        chain, config, chosen = Chain(pool), self._config, self._generation.chosen
-        parent, prior = self._stages.previous_best(self._warm_start, pool, previous, half)
+        chain, chosen, population = Chain(self.pool), self._generation.chosen, self.population
+        config, refinement, validity = self._config, self._refinement, self._refinement.validity
+        parent, prior = self._stages.previous_best(self._warm_start, self.pool, previous, half)
         chain.each(watch.lap, ['coarse'])
         selected = self._generation.select(chain, half, parent, prior)
         self._weak_regions.grow(chain, self._views.half.left.luminance, self._half_size.weak)
-
-        def fill(band):
-            population.fill(chosen.labels, refinement.validity, band)
-            self._weak_regions.count(refinement.validity, band)
-        bands = pool.parts(len(chosen.labels))
-        chain.each(lambda band: refinement.check(chosen, config, band), bands, after=selected)
-        refinement.join_speckles(chain, chosen, config)
-        chain.each(lambda band: refinement.reject_speckles(config, band), bands)
-        filled = chain.each(fill, bands)
-        placed = self._weak_regions.place(chain)
+        checked = refinement.check(chain, chosen, config, after=selected)
+        filled = population.fill(chain, chosen.labels, validity)
+        self._weak_regions.mutate(chain, chosen, validity, population.genes[0],
+                                  Random((config.seed,)), after=checked)
         population.measure(chain, after=filled)
-        self._weak_regions.gather(chain, chosen, refinement.validity, after=placed)
-        self._weak_regions.mutate(chain, population.genes[0], Random((config.seed,)))
         chain.run()
         watch.lap('selection')
         return chosen, parent is not None or prior is not None

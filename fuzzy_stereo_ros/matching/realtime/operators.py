@@ -16,12 +16,10 @@ from fuzzy_stereo_ros.matching.kernels.planes import segments
 from fuzzy_stereo_ros.matching.kernels.refinement import filling
 import numpy as np
 
-LIKENESS = segments.Likeness(step=768, apart=384, overlap=6)    # of half-size pixels
+LIKENESS = 768, 6    # of half-size pixels, see find_runs
 LEAST_REGION = 60    # half-size pixels of a region
 MOST_POINTS = 200    # of a region, at most, that its plane is fitted to
 PARTS = 8            # of the regions, of as many points each, for threads
-PLANES_TRIED, AGREEMENT, ENOUGH = 24, np.float32(0.7), 0.9  # of RandomPlanes
-ON_PLANE_SHARE = 0.6  # of a region's points that must lie within 1 px of its plane
 
 
 class Population:
@@ -34,28 +32,36 @@ class Population:
 
     best = 0
 
-    def __init__(self, fitness, labels):
-        """Allocate genes like labels, (R, C); fitness: the `CensusFitness` of the pairs."""
-        self._measure = fitness
+    def __init__(self, pool, fitness, crossover, labels):
+        """
+        Allocate genes like labels, (R, C).
+
+        pool: a ThreadPool; fitness: the `CensusFitness` of the pairs; crossover: see
+        matching/crossover.py
+        """
+        self._pool, self._measure, self._crossover = pool, fitness, crossover
         self.genes = zeros((1, *labels.shape), labels.dtype)
         self.fitness, self.converged = zeros(1), True
 
-    def fill(self, labels, validity, band):
+    def fill(self, chain, labels, validity):
         """
-        Fill the inconsistent cells of a band with background genes of their rows.
+        Fill the inconsistent cells with background genes of their rows.
 
-        labels: (R, C); validity: uint8 (R, C), which of them are consistent
+        chain: a Chain, whose mark of this stage is returned; labels: (R, C); validity: uint8
+        (R, C), which of them are consistent
         """
-        filling.fill_rows(labels, validity, self.genes[0], band[1], band[2])
+        return chain.each(lambda band: filling.fill_rows(
+            labels, validity, self.genes[0], *band[1:]), chain.parts(len(labels)))
 
-    def measure(self, pool, after=None):
-        """Measure the fitness; pool: a ThreadPool, or a Chain; after: a stage of it."""
-        self.fitness = self._measure.measure(pool, self.genes[0], after=after)
+    def measure(self, chain, after=None):
+        """Measure the fitness; chain: a Chain; after: a stage of it."""
+        self.fitness = self._measure.measure(chain, self.genes[0], after=after)
         self.converged = False
 
-    def accept(self, pool, crossover, random, mutant):
-        """Take the genes of a mutant, (R, C) labels, that a crossover chooses."""
-        self.fitness[0] += self._measure.cross(pool, crossover, random, self.genes[0], mutant)
+    def propose(self, mutant, random):
+        """Take the genes of a mutant, (R, C) labels, that crossover chooses."""
+        self.fitness[0] += self._measure.cross(
+            self._pool, self._crossover, random, self.genes[0], mutant)
         self.converged = True
 
 
@@ -63,153 +69,136 @@ class GreyRegions:
     """
     Regions of like grey in half-size pictures of one size.
 
-    number: of those grown
+    regions: runs and rows, see segments.py; number: of the regions grown
     """
 
-    def __init__(self, rows, columns):
-        """Allocate for half-size pictures of a size."""
-        self._begin, self._end, self._parent, self._size, self._region = (
-            zeros(rows * columns, np.int32) for _ in range(5))
-        self._row_runs = zeros((rows, 2), np.int32)
-        self._sums = zeros((MOST_PARTS, 2, columns + 1), np.int32)
+    def __init__(self, rows, columns, likeness, least):
+        """Allocate for half-size pictures; likeness: of runs; least: pixels of a region."""
+        self._likeness, self._least = likeness, least
+        self.regions = zeros((4, rows * columns), np.int32), zeros((rows, 2), np.int32)
 
-    def grow(self, pool, luminance, weak, likeness, least, after=None):
+    def grow(self, pool, luminance, weak, after=None):
         """
         Grow the regions of a picture.
 
-        pool: a ThreadPool, or a Chain; luminance: uint16, the picture with a margin; weak: uint8
-        (r, c or more), where regions may lie; likeness: a `Likeness`, of runs; least: pixels of a
-        region; after: a stage of the chain. The mark of this stage is returned.
+        pool: a ThreadPool, or a Chain, whose mark of this stage is returned; luminance: uint16, a
+        picture with a margin; weak: uint8 (r, c or more), where regions may lie; after: a stage of
+        the chain
         """
-        runs, likeness = (self._begin, self._end, self._parent, self._row_runs), tuple(likeness)
-        bands = pool.parts(len(self._row_runs))
+        bands = pool.parts(len(self.regions[1]))
 
         def join(edges):
-            segments.join_runs(luminance, likeness, runs, self._sums[0], edges)
-            self.number = segments.number_regions(runs, least, self._size, self._region)
+            segments.join_runs(luminance, self._likeness, self.regions, edges)
+            self.number = segments.number_regions(self.regions, self._least)
         pool.each(lambda band: segments.find_runs(
-            luminance, weak, likeness, runs, self._sums[band[0]], band[1], band[2]),
-            bands, after)
+            luminance, weak, self._likeness, self.regions, *band[1:]), bands, after)
         return pool.each(join, [np.array([first for _, first, _ in bands])])
 
-    @property
-    def grown(self):
-        """The fields of their `Regions`, as kernels take them, and how many there are."""
-        return (self._begin, self._end, self._row_runs, self._region), self.number
 
-
-def parts_of_regions(starts):
+class PointsOfRegions:
     """
-    Return PARTS parts of regions as (first, last), for threads, of about as many points each.
+    How matches of regions are chosen as points: one of `every`, evenly spread, few of each region.
 
-    starts: int32 (n + 1,), the first point of each region and the one behind all
+    counts: int32 (bands, regions), matches of each region in each band of rows; every: int32
+    (regions,); starts: int32 (regions + 1,), the first point of each region and the one behind
+    all; places: int32 as counts, where the first point of each band goes; waited: as many matches
+    were passed since the last point; parts: PARTS parts of regions as (first, last), for threads,
+    of about as many points each
     """
-    edges = np.searchsorted(starts, starts[-1] * np.arange(PARTS) / PARTS).tolist()
-    return list(pairwise([*edges, len(starts) - 1]))
+
+    def __init__(self, counts, most=MOST_POINTS):
+        """Choose points; most: of a region."""
+        total, before = counts.sum(axis=0), np.cumsum(counts, axis=0, dtype=np.int32) - counts
+        every = np.maximum(-(-total // most), 1)
+        self.every = every.astype(np.int32)
+        self.starts = np.append(0, np.cumsum(total // every)).astype(np.int32)
+        self.places, self.waited = np.divmod(before, self.every)
+        self.places += self.starts[:-1]
+        edges = np.searchsorted(
+            self.starts, self.starts[-1] * np.arange(PARTS) / PARTS).tolist()
+        self.parts = list(pairwise([*edges, len(every)]))
 
 
 class WeakRegions:
     """
-    The mutation by planes of plain regions, of one image size.
+    The mutation by planes of plain regions, of one image size: an operator of `evolve`.
 
     mutant: uint8 or uint16 (R, C), the labels of the chromosome that `mutate` writes
     """
 
     def __init__(self, possibility, labels_type):
         """Allocate for the size of the `CensusPossibility` of full images; labels of a type."""
-        rows, columns = possibility.rows, possibility.columns
-        self._possibility, self._regions = possibility, GreyRegions(rows // 2, columns // 2)
-        pixels, most = (rows // 2) * (columns // 2), (rows // 2) * (columns // 2) // LEAST_REGION
-        self._waited, self._places = (zeros((MOST_PARTS, most), np.int32) for _ in range(2))
-        self._every, self._starts = zeros(most, np.int32), zeros(most + 1, np.int32)
-        self._points = zeros((3, pixels), np.float32)
+        self._possibility = possibility
+        rows, columns = possibility.rows // 2, possibility.columns // 2
+        self._regions = GreyRegions(rows, columns, LIKENESS, LEAST_REGION)
+        most = rows * columns // LEAST_REGION
+        self._counts = zeros((MOST_PARTS, most), np.int32)
+        self._points = zeros((3, rows * columns), np.float32)
         self._planes = zeros((most, 3), np.float32)
-        self.mutant = zeros((rows, columns), labels_type)
+        self.mutant = zeros((possibility.rows, possibility.columns), labels_type)
 
-    def grow(self, pool, luminance, weak):
-        """
-        Grow the regions of a picture, as `GreyRegions.grow` does.
+    def __call__(self, population, random):
+        """Propose the mutant to a population."""
+        population.propose(self.mutant, random)
 
-        pool: a ThreadPool, or a Chain; luminance: uint16, the half-size picture with a margin;
-        weak: uint8 (r, c), where texture is weak
-        """
-        self._regions.grow(pool, luminance, weak, LIKENESS, LEAST_REGION, after=0)
+    @property
+    def operators(self):
+        """The operators of a generation, as `evolve` takes them."""
+        return {'planes': self}
 
-    def count(self, validity, band):
+    def grow(self, chain, luminance, weak):
         """
-        Count the matches of the regions in a band of rows, once the regions are grown.
+        Grow the regions of a picture, at once.
 
-        validity: uint8 (R, C), which labels are consistent, in the rows of the band
+        chain: a Chain; luminance: uint16, the half-size picture with a margin; weak: uint8 (r, c),
+        where texture is weak
         """
-        regions, number = self._regions.grown
-        index, first, last = band
-        segments.count_matches(
-            regions, validity, self._waited[index, :number], first // 2, last // 2)
+        self._regions.grow(chain, luminance, weak, after=0)
 
-    def place(self, pool):
+    def mutate(self, chain, chosen, validity, parent, random, after):
         """
-        Place the points of the regions among those of all, once all bands are counted.
+        Write a chromosome whose regions lie in planes of their matches.
 
-        pool: a ThreadPool, or a Chain, whose mark of this stage is returned
+        chain: a Chain; chosen: the `SearchResult`; validity: uint8 (R, C), which of its labels are
+        consistent; parent: (R, C) labels, the other genes; after: the stage that writes validity
         """
-        def place(bands):
-            number = self._regions.number
-            starts = self._starts[:number + 1]
-            segments.place_points(MOST_POINTS, bands, self._waited, self._every[:number],
-                                  self._places, starts)
-            self._parts = parts_of_regions(starts)
-        return pool.each(place, [len(pool.parts(len(self.mutant)))])
+        matches, key = (chosen.labels, chosen.offsets, validity), random.key
+        regions, bands = self._regions.regions, chain.parts(len(validity))
 
-    def gather(self, pool, chosen, validity, after=None):
-        """
-        Gather matches of the regions.
+        def count(band):
+            segments.count_matches(regions, validity, self._counts[band[0], :self._regions.number],
+                                   band[1] // 2, band[2] // 2)
 
-        pool: a ThreadPool, or a Chain; chosen, validity: the `SearchResult`, and which of its
-        labels are consistent; after: the stage that places them
-        """
-        matches = chosen.labels, chosen.offsets, validity
+        def choose(bands):
+            self._chosen = PointsOfRegions(self._counts[:bands, :self._regions.number])
 
         def gather(band):
-            index, first, last = band
-            segments.gather_points(
-                self._regions.grown[0], self._every, self._waited[index], self._places[index],
-                matches, self._points, first // 2, last // 2)
-        pool.each(gather, pool.parts(len(validity)), after)
-
-    def mutate(self, pool, parent, random):
-        """
-        Write a chromosome whose regions lie in planes of the matches, once these are gathered.
-
-        pool: a ThreadPool, or a Chain; parent: (R, C) labels, the other genes
-        """
-        rules = PLANES_TRIED, AGREEMENT, ENOUGH, random.key
+            points, (index, first, last) = self._chosen, band
+            segments.gather_points(regions, points.every, points.waited[index],
+                                   points.places[index], matches, self._points, first // 2,
+                                   last // 2)
 
         def fit(part):
-            segments.fit_planes(
-                self._points, self._starts, rules, ON_PLANE_SHARE, self._planes,
-                *self._parts[part])
+            segments.fit_planes(self._points, self._chosen.starts, key, self._planes,
+                                *self._chosen.parts[part])
 
         def write(band):
             _, first, last = band
             self.mutant[first:last] = parent[first:last]
             segments.write_mutant(
-                self._regions.grown[0], self._planes, self._possibility.disparities,
+                regions, self._planes, self._possibility.disparities,
                 self._possibility.target_range, self.mutant, first // 2, last // 2)
-        pool.each(fit, range(PARTS))
-        pool.each(write, pool.parts(len(parent), 2))
-
-    def operators(self, pool, crossover):
-        """
-        Return the operators of a generation, as `evolve` takes them: crossover with the mutant.
-
-        pool: a ThreadPool; crossover: see matching/crossover.py
-        """
-        return {'planes': lambda population, random: population.accept(
-            pool, crossover, random, self.mutant)}
+        chain.each(count, bands, after)
+        chain.each(choose, [len(bands)])
+        chain.each(gather, bands)
+        chain.each(fit, range(PARTS))
+        chain.each(write, chain.parts(len(parent), 2))
 
 
 class NotMutated:
     """No mutation of regions, in the place of WeakRegions or PlainRegions."""
+
+    operators = {}
 
     def __init__(self, *_):
         """Need no memory."""
@@ -217,8 +206,4 @@ class NotMutated:
     def grow(self, *_, after=None):
         """Grow no regions."""
 
-    find = split = count = place = gather = mutate = grow
-
-    def operators(self, *_):
-        """Return no operators."""
-        return {}
+    find = split = mutate = grow

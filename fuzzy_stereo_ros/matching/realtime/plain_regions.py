@@ -15,15 +15,14 @@ columns of a sensor differ. A map found by chance is as often consistent as not,
 inconsistent pixels tell how much of a map is right.
 """
 from functools import partial
+from itertools import pairwise
 from typing import NamedTuple
 
 from fuzzy_stereo_ros.matching.arrays import zeros
 from fuzzy_stereo_ros.matching.bands import MOST_PARTS, widened
 from fuzzy_stereo_ros.matching.kernels.planes import (
     plain_masks, plain_regions as kernels, region_votes as vote_kernels)
-from fuzzy_stereo_ros.matching.kernels.planes.segments import Likeness
 from fuzzy_stereo_ros.matching.kernels.simd import LANES
-from fuzzy_stereo_ros.matching.kernels.units import VOTED
 from fuzzy_stereo_ros.matching.realtime.half_size import SURE
 from fuzzy_stereo_ros.matching.realtime.operators import GreyRegions
 import numpy as np
@@ -32,11 +31,13 @@ PLAIN_STEP = 1.4     # grey levels over 2 px of a smoothed picture, below which 
 BURNT = 254          # grey levels; burnt out from here on
 NEAREST = 3          # px of disparity; below it vignette, dust and the sensor's pattern match
 LEAST_REGION = 0.01  # of the picture, for a region to vote
-ANY_GREY = Likeness(step=2**16, apart=2**16, overlap=1)     # of the plain pixels of a region
+ANY_GREY = 2**17, 1  # likeness of the plain pixels of a region, see find_runs
 CLIP, LEAST_CLIP = 3.75, 12   # of mean sizes at which a band is clipped; in 1/64 grey level
 GROUPS = 32          # of columns of cells, a power of 2: split into halves in GROUPS - 1 ways
 VISIBLE = 0.3        # least share of visible pixels, of the most that any disparity has
-LEAST_LABELS = 2 * vote_kernels.APART + 2  # that are visible, for an election
+APART = 3            # px from the best disparity; nearer ones count as the same
+LEAST_LABELS = 2 * APART + 2  # that are visible, for an election
+SAMPLES = 8          # wrong disparities that show the evidence of a cell by chance
 CHANCE = 0.6         # share of splits whose halves agree on noise, in one region of fifty
 AGREE = 1            # px by which the choice of a half may differ from that of the region
 LEAD = 2.0           # deviations by which a plane must exceed what is consistent of the map
@@ -93,17 +94,15 @@ class Found(NamedTuple):
     """
     The plain regions of a pair.
 
-    regions: the fields of segments.Regions; places, starts: of number_cells; votes: the fields of
-    Votes; planes: float64 (regions, 3), see write_planes; accepted: uint8 (cells,), which take
-    them; certainty: uint8 (regions, 2), of the map and of the plane
+    places, starts: of number_cells; pieces: of list_pieces; votes: a `Votes`; planes: float64
+    (cells, 3), see write_planes; certainty: uint8 (cells,), of the map, or of the plane taken
     """
 
-    regions: tuple
     places: np.ndarray
     starts: np.ndarray
-    votes: tuple
+    pieces: np.ndarray
+    votes: kernels.Votes
     planes: np.ndarray
-    accepted: np.ndarray
     certainty: np.ndarray
 
 
@@ -123,13 +122,12 @@ def elect(votes, places, labels, nearest):
     """
     Return the `Election` of some regions.
 
-    votes: the fields of Votes; places: of number_cells; nearest: label from which on there is
-    evidence
+    votes: a `Votes`; places: of number_cells; nearest: label from which on there is evidence
     """
     regions = len(places)
     totals = np.zeros((regions, GROUPS, kernels.BANDS, labels), np.int32)
     squares, seen = np.zeros(totals.shape[:3], np.int64), np.zeros((regions, labels), np.int32)
-    vote_kernels.sum_groups(votes, places, totals, seen, squares)
+    vote_kernels.sum_groups(tuple(votes), places, totals, seen, squares)
     valid = seen > VISIBLE * seen.max(1, keepdims=True)
     valid &= valid.sum(1, keepdims=True) >= LEAST_LABELS
     spreads = np.sqrt(squares.sum(1) / np.maximum(seen.sum(1, keepdims=True), 1)) + 1e-6
@@ -142,29 +140,48 @@ def elect(votes, places, labels, nearest):
     return Election(deviations, means, valid, spreads, best, shares)
 
 
-def judge(votes, found, labels, nearest):
+def judge(found, labels, nearest):
     """
-    Write the planes that regions take, the cells that take them, and how sure map and plane are.
+    Write the planes that cells of regions take, and how sure map and plane are.
 
-    found: the `Found` regions; votes, labels, nearest: see `elect`
+    found: the `Found` regions; labels, nearest: see `elect`
     """
-    election, starts, cells = elect(votes, found.places, labels, nearest), found.starts, votes[2]
-    pixels, inconsistent = np.array([cells[slice(*ends)][:, [0, 4]].sum(0)
-                                     for ends in zip(starts[:-1], starts[1:])]).T
+    votes, election = found.votes, elect(found.votes, found.places, labels, nearest)
+    pixels, inconsistent = np.add.reduceat(votes.cells[:, [0, 4]], found.starts[:-1]).T
     consistent = 1 - inconsistent / pixels
     right = np.maximum(2 * consistent - 1, 0)   # share of the map
-    found.certainty[:, 0] = SURE * right / np.maximum(consistent, 0.5)  # of consistent pixels
-    found.certainty[:, 1] = SURE * np.maximum(election.shares[:, 1] - CHANCE, 0) / (1 - CHANCE)
-    for region in np.flatnonzero(election.shares[:, 0] > right):
-        place = slice(*starts[region:region + 2])
-        lead = np.zeros(len(cells[place]))
-        ahead, decisive = vote_kernels.compare(
-            votes, (found.places[region], place.start, place.stop), election.spreads[region],
-            election.deviations[region], election.valid[region],
-            (nearest, election.best[region], election.means[region], consistent[region]),
-            found.planes[region], lead)
-        if ahead > LEAD and decisive < DECISIVE:
-            found.accepted[place] = lead > max(decisive - DECISIVE, LENIENT)
+    of_map = SURE * right / np.maximum(consistent, 0.5)     # of consistent pixels
+    of_plane = SURE * np.maximum(election.shares[:, 1] - CHANCE, 0) / (1 - CHANCE)
+    found.planes[:] = np.nan
+    for region, (first, last) in enumerate(pairwise(found.starts.tolist())):
+        found.certainty[first:last] = of_map[region]
+        if election.shares[region, 0] <= right[region]:
+            continue
+        best, mean, deviations = (values[region] for values in (
+            election.best, election.means, election.deviations))
+        others = np.arange(nearest, labels, max(labels // SAMPLES, 1))
+        others = others[election.valid[region, others] & (abs(others - best) > APART)]
+        curves = votes.curves[first:last, :, :labels] / election.spreads[region][:, None]
+        seen = kernels.COUNTED * votes.counts[first:last, :labels].astype(np.float64)
+        lead = np.zeros(last - first)
+        evidence, known, decisive, plane = vote_kernels.compare(
+            curves[:, 0] + curves[:, 1], seen, votes.cells[first:last],
+            found.places[region] - np.int32(first), nearest, between(deviations, best), others,
+            lead)
+        if (evidence - mean - consistent[region] * (known - mean) > LEAD
+                and decisive < DECISIVE):
+            accepted = lead > max(decisive - DECISIVE, LENIENT)
+            found.planes[first:last][accepted] = plane
+            found.certainty[first:last][accepted] = of_plane[region]
+
+
+def between(deviations, best):
+    """Return the best disparity between whole px, by the parabola of the five around it."""
+    if best < 2 or best > deviations.size - 3:
+        return float(best)
+    a, b, c, d, e = deviations[best - 2:best + 3].tolist()
+    slope, bend = (2 * e + d - b - 2 * a) / 10, (2 * a - b - 2 * c - d + 2 * e) / 14
+    return float(best + min(max(-slope / (2 * min(bend, -1e-9)), -0.75), 0.75))
 
 
 class PlainRegions:
@@ -179,19 +196,19 @@ class PlainRegions:
         self._labels = -(-disparities // LANES) * LANES
         self._left = Texture(full.left, half.left, 0)
         self._right = Texture(full.right, half.right, self._labels + 1)
-        self._regions = GreyRegions(rows, columns)
-        self._least = max(int(LEAST_REGION * rows * columns), 1)
+        self._regions = GreyRegions(
+            rows, columns, ANY_GREY, max(int(LEAST_REGION * rows * columns), 1))
         self._cells = -(-rows // kernels.CELL_ROWS), -(-2 * columns // kernels.CELL_COLUMNS)
-        self._base = full.left.columns - 1
-        first, last = self._base - full.target_range[1], self._base - full.target_range[0]
-        self._existing = (0, self._base), (max(first, 0), min(last, full.right.columns - 1))
+        end = full.left.columns - 1
+        first, last = end - full.target_range[1], end - full.target_range[0]
+        self._existing = (0, end), (max(first, 0), min(last, full.right.columns - 1))
         self._found = None
 
     def find(self, pool):
         """Find the plain regions of the left view; pool: a Chain, whose mark is returned."""
         left = self._left
         pool.each(lambda band: left.mark(*band[1:]), self._parts(pool))
-        self._regions.grow(pool, left.half.luminance, left.plain.mask, ANY_GREY, self._least)
+        self._regions.grow(pool, left.half.luminance, left.plain.mask)
         return pool.each(self._list, [self._cells])
 
     def split(self, pool, after=None):
@@ -216,28 +233,32 @@ class PlainRegions:
         search and certainty are written
         """
         left, right, bands = self._left, self._right, self._parts(pool)
-        target = right.bands.values, right.bands.seen, self._base
 
         def vote(band):
             for texture in (left, right):
                 texture.quantise(texture.sums(), band)
-            found = self._found
-            kernels.vote(left.bands.values, target, found.regions, found.places,
-                         (half.labels, half.validity), found.votes, *band[1:])
+            votes, pieces = self._found.votes, self._pieces(band)
+            kernels.sum_cells(pieces, half.labels, half.validity, votes.cells)
+            kernels.vote(pieces, left.bands.values, right.bands.values, votes.curves)
+            kernels.count_seen(pieces, left.bands.values, right.bands.seen, votes.counts)
 
         def write(band):
-            found, prior = self._found, half.prior
-            kernels.write_planes(
-                found.regions, (found.places, found.accepted), found.planes,
-                (half.labels, self._half_disparities), (prior.labels, self._disparities),
-                prior.weights, VOTED, (found.certainty, half.certainty), *band[1:])
+            found, pieces = self._found, self._pieces(band)
+            kernels.write_planes(pieces, found.planes, half.labels, self._half_disparities - 1,
+                                 tuple(half.prior), self._disparities - 1)
+            kernels.write_certainty(pieces, found.certainty, half.certainty)
         pool.each(partial(self._if_found, vote), bands)
         pool.each(partial(self._if_found, self._judge), [self._nearest])
         pool.each(partial(self._if_found, write), bands)
 
     def _judge(self, nearest):
         """Judge the regions found; nearest: label from which on there is evidence."""
-        judge(self._found.votes, self._found, self._disparities, nearest)
+        judge(self._found, self._disparities, nearest)
+
+    def _pieces(self, band):
+        """Return the pieces of the regions found in a band of rows."""
+        pieces = self._found.pieces
+        return pieces[slice(*np.searchsorted(pieces[:, 1], band[1:]))]
 
     def _if_found(self, work, item):
         """Call work(item) if the pair has plain regions."""
@@ -251,15 +272,16 @@ class PlainRegions:
 
     def _list(self, sides):
         """List the cells that the regions reach into; sides: rows and columns of cells."""
-        regions, number = self._regions.grown
+        regions, number = self._regions.regions, self._regions.number
         self._found = None
         if number == 0:
             return
         places, starts = np.empty((number, *sides), np.int32), np.zeros(number + 1, np.int32)
-        cells = kernels.number_cells(regions, places, starts)
-        votes = tuple(kernels.Votes(
+        cells, pieces = kernels.number_cells(regions, places, starts)
+        listed = np.empty((pieces, 4), np.int32)
+        kernels.list_pieces(regions, places, listed)
+        votes = kernels.Votes(
             np.zeros((cells, kernels.BANDS, self._labels), np.int16),
-            np.zeros((cells, self._labels), np.int16),
-            np.zeros((cells, 5), np.int32)))
-        self._found = Found(regions, places, starts, votes, np.zeros((number, 3)),
-                            np.zeros(cells, np.uint8), np.zeros((number, 2), np.uint8))
+            np.zeros((cells, self._labels), np.int16), np.zeros((cells, 5), np.int32))
+        self._found = Found(places, starts, listed, votes, np.zeros((cells, 3)),
+                            np.zeros(cells, np.uint8))

@@ -97,24 +97,26 @@ class Refinement:
         """The sub-pixel labels of the last frame: (R, C), in 1 / STEPS of a label."""
         return self._fine[:, :self._labels.shape[1]]
 
-    def check(self, chosen, config, band):
-        """Write the validity of the pixels of a band: left-right consistency."""
-        check_consistency(chosen.labels, chosen.target, self._disparities, self._target_range,
-                          self.validity, band[1], band[2])
-        if config.speckle_size > 1:
-            self._speckles.find(chosen.labels, self.validity, config.speckle_range, band)
+    def check(self, chain, chosen, config, after):
+        """
+        Write the validity of a `SearchResult`: left-right consistency, and no speckles.
 
-    def join_speckles(self, pool, chosen, config):
-        """Join the speckles of bands that touch, once all bands are checked."""
-        if config.speckle_size > 1:
-            bands = pool.parts(len(chosen.labels))
-            pool.each(lambda step: self._speckles.join(chosen.labels, step, bands),
-                      [config.speckle_range])
+        chain: a Chain, whose mark of this stage is returned; after: a stage of it
+        """
+        labels, step, speckles = chosen.labels, config.speckle_range, self._speckles
+        bands = chain.parts(len(labels))
 
-    def reject_speckles(self, config, band):
-        """Set the validity of the speckles of a band, once all are joined."""
-        if config.speckle_size > 1:
-            self._speckles.reject(self.validity, config.speckle_size, band)
+        def check_band(band):
+            check_consistency(labels, chosen.target, self._disparities, self._target_range,
+                              self.validity, *band[1:])
+            if config.speckle_size > 1:
+                speckles.find(labels, self.validity, step, band)
+        checked = chain.each(check_band, bands, after)
+        if config.speckle_size <= 1:
+            return checked
+        chain.each(lambda bands: speckles.join(labels, step, bands), [bands])
+        return chain.each(
+            lambda band: speckles.reject(self.validity, config.speckle_size, band), bands)
 
     def smooth(self, pool, labels, chromosome, grey):
         """

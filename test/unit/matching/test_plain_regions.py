@@ -163,18 +163,9 @@ def test_evidence_is_that_of_the_twin(size, min_disparity):
     views = views_of(pair, min_disparity)
     plain = PlainRegions(views, min_disparity)
     half = np.full((size[0] // 2, size[1] // 2), 5, np.uint8)
-    seen = {}
-
-    def keep(left, target, regions, places, half_map, votes, *_):
-        seen['vote'] = [np.copy(argument) for argument in (places, *votes[:2])]
-    kept, pool = kernels.vote, ThreadPool(1)
     prior = Prior(np.zeros(size, np.uint8), np.zeros(size, np.uint8))
-    try:
-        kernels.vote = lambda *arguments: (kept(*arguments), keep(*arguments))
-        found_and_mutated(plain, pool, half_size_result(half, prior))
-    finally:
-        kernels.vote = kept
-    places, curves, counts = seen['vote']
+    found_and_mutated(plain, ThreadPool(1), half_size_result(half, prior))
+    places, (curves, counts, _) = plain._found.places, plain._found.votes
 
     masks, textures = [], []
     for texture in (plain._left, plain._right):
@@ -195,8 +186,9 @@ def test_evidence_is_that_of_the_twin(size, min_disparity):
         np.testing.assert_array_equal(
             texture.bands.values[:, :, kernels.COLUMNS_AROUND:][:, :, :view.columns],
             textures[-1])
-    numbers = twins.regions(plain._left.plain.mask[:, :size[1] // 2], plain._least)
-    assert numbers.max() + 1 == len(plain._found.planes) > 0
+    numbers = twins.regions(
+        plain._left.plain.mask[:, :size[1] // 2], plain._regions._least)
+    assert numbers.max() + 1 == len(places) > 0
     found = twins.vote(textures[0], textures[1][:, :, ::-1], masks[1][:, ::-1], numbers,
                        DISPARITIES) if min_disparity == 0 else {}
     for (of_region, row, column), (curve, count) in found.items():

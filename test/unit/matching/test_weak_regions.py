@@ -9,7 +9,7 @@ from fuzzy_stereo_ros.matching.kernels.possibility.features import MARGIN
 from fuzzy_stereo_ros.matching.kernels.units import CONSISTENT, STEPS
 from fuzzy_stereo_ros.matching.realtime.matcher import Stages
 from fuzzy_stereo_ros.matching.realtime.operators import (
-    AGREEMENT, ENOUGH, GreyRegions, NotMutated, PLANES_TRIED)
+    GreyRegions, NotMutated, PointsOfRegions)
 from hypothesis import example, given, settings, strategies as st
 import numpy as np
 import pytest
@@ -33,14 +33,14 @@ def patches(seed, rows, columns):
 
 def grown(grey, weak, least=6, overlap=3):
     """Return the regions of a picture, as kernels write them, and how many there are."""
-    regions = GreyRegions(*grey.shape)
-    regions.grow(ThreadPool(1), padded(grey), weak, segments.Likeness(400, 250, overlap), least)
-    return regions.grown
+    grown = GreyRegions(*grey.shape, (400, overlap), least)
+    grown.grow(ThreadPool(1), padded(grey), weak)
+    return grown.regions, grown.number
 
 
 def as_map(regions, shape):
     """Return the number of each pixel's region, -1 for none: int (r, c)."""
-    begin, end, row_runs, region = regions
+    (begin, end, _, region), row_runs = regions
     numbers = np.full(shape, -1)
     for row in range(shape[0]):
         for run in range(*row_runs[row]):
@@ -54,7 +54,7 @@ def as_map(regions, shape):
 def test_regions_are_the_joined_runs_of_the_twin(seed, rows, columns):
     grey, weak = patches(seed, rows, columns)
     regions, number = grown(grey, weak)
-    expected = twins.regions(grey, weak, 400, 250, 3, 6)
+    expected = twins.regions(grey, weak, 400, 200, 3, 6)
     np.testing.assert_array_equal(as_map(regions, grey.shape), expected)
     assert number == expected.max() + 1
 
@@ -71,29 +71,28 @@ def test_points_are_consistent_matches_evenly_spread_however_rows_are_cut(seed, 
     labels = draw.integers(0, DISPARITIES, full).astype(np.uint8)
     offsets = draw.integers(-STEPS // 2, STEPS // 2 + 1, full).astype(np.int8)
     validity = draw.integers(0, 3, full).astype(np.uint8)
-    counts, places = np.full((2, len(bands), number), -1, np.int32)
-    every, starts = np.zeros(number, np.int32), np.zeros(number + 1, np.int32)
+    counts = np.full((len(bands), number), -1, np.int32)
     found = np.zeros((3, grey.size), np.float32)
     for index, first, last in bands:
         segments.count_matches(regions, validity, counts[index], first, last)
-    segments.place_points(most, len(bands), counts, every, places, starts)
+    chosen = PointsOfRegions(counts, most)
     for index, first, last in bands:
-        segments.gather_points(regions, every, counts[index], places[index],
+        segments.gather_points(regions, chosen.every, chosen.waited[index], chosen.places[index],
                                (labels, offsets, validity), found, first, last)
     numbers = as_map(regions, shape)
     for region in range(number):
-        mine = found[:, starts[region]:starts[region + 1]]
+        mine = found[:, slice(*chosen.starts[region:region + 2])]
         expected = twins.points(numbers, region, most, labels + offsets / STEPS,
                                 validity == CONSISTENT)
         np.testing.assert_allclose(mine, expected, rtol=0, atol=1e-6)
         assert mine.shape[1] <= most
 
 
-def fitted(points, share):
+def fitted(points):
     """Return the plane of some points (3, n)."""
     found = np.zeros((1, 3), np.float32)
     segments.fit_planes(points.astype(np.float32), np.array([0, points.shape[1]], np.int32),
-                        (PLANES_TRIED, AGREEMENT, ENOUGH, np.uint64(5)), share, found, 0, 1)
+                        np.uint64(5), found, 0, 1)
     return found[0]
 
 
@@ -108,14 +107,14 @@ def on_a_plane(draw, number, share, plane=(0.1, -0.2, 9.0)):
 @pytest.mark.parametrize('seed', range(8))
 def test_a_plane_is_found_among_points_of_which_every_third_lies_elsewhere(seed):
     points = on_a_plane(np.random.default_rng(seed), 150, 0.67)
-    found = fitted(points, 0.6)
+    found = fitted(points)
     assert abs(found @ (30, 30, 1) - (0.1 * 30 - 0.2 * 30 + 9)) < 0.1
     assert abs(found[:2] - (0.1, -0.2)).max() < 0.01
 
 
 @pytest.mark.parametrize('seed', range(8))
 def test_a_region_whose_points_do_not_agree_enough_has_no_plane(seed):
-    assert np.isnan(fitted(on_a_plane(np.random.default_rng(seed), 150, 0.55), 0.6)).all()
+    assert np.isnan(fitted(on_a_plane(np.random.default_rng(seed), 150, 0.55))).all()
 
 
 @pytest.mark.parametrize('points', [
@@ -123,7 +122,7 @@ def test_a_region_whose_points_do_not_agree_enough_has_no_plane(seed):
     np.array([np.arange(40), np.full(40, 7), np.full(40, 3)])],
     ids=['none', 'one', 'five', 'on a line'])
 def test_few_points_and_those_on_a_line_make_no_plane(points):
-    assert np.isnan(fitted(points, 0.6)).all()
+    assert np.isnan(fitted(points)).all()
 
 
 @settings(max_examples=40)

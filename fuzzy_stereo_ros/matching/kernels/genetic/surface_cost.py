@@ -30,6 +30,7 @@ def gene_costs(costs, disparities, surface, trust, result, first, last):
             result[row, column] = trust[row, column] * cost_at(
                 costs, row, column, surface[row, column], disparities)
 
+
 @inlined
 def _parts(cost):
     return np.int64(np.rint(np.float64(cost) * COST_PARTS))

@@ -30,15 +30,6 @@ class Neighbours(NamedTuple):
     growth: np.float32       # of the limit: by this share of it a pixel of distance
 
 
-class RandomPlanes(NamedTuple):
-    """The random planes that are tried for a region."""
-
-    rounds: int              # how many at most
-    limit: np.float32        # px by which a point agrees
-    enough: float            # share of the points whose agreement ends the search
-    key: np.uint64           # of the random numbers
-
-
 @inlined
 def plane_at(planes, row, column):
     """Return the plane of a cell of a map."""
@@ -120,15 +111,16 @@ def best_of_random(points, first, last, stride, random, count, plane):
 
     Fischler and Bolles, Random sample consensus, 1981.
 
-    points, first, last, stride: of agreeing; random: of RandomPlanes; count: number of the first
-    random number of its key; plane: slope, fall and offset, NaN for none
+    points, first, last, stride: of agreeing; random: how many are tried at most, the share of the
+    points whose agreement ends that, and the key; count: number of the first random number of it;
+    plane: slope, fall and offset, NaN for none
     """
-    (rounds, limit, enough, key), (slope, fall, offset) = random, plane
-    most = agreeing(points, first, last, stride, plane, limit)
+    (rounds, enough, key), (slope, fall, offset) = random, plane
+    most = agreeing(points, first, last, stride, plane, AGREEMENT)
     for attempt in range(rounds):
         is_plane, a, b, c = random_plane(
             points, first, last - first, key, count + np.uint64(3 * attempt))
-        number = agreeing(points, first, last, stride, (a, b, c), limit) if is_plane else 0
+        number = agreeing(points, first, last, stride, (a, b, c), AGREEMENT) if is_plane else 0
         if number > most:
             most, slope, fall, offset = number, a, b, c
             if most >= enough * (last - first):
@@ -293,7 +285,7 @@ def region_planes(disparities, trusted, regions, key, planes, first, last):
     quality/planes.py; planes: float32 (regions, 3); first, last: regions
     """
     starts, pixels = regions
-    random = PLANES_TRIED, AGREEMENT, 1.0, key
+    random = PLANES_TRIED, 1.0, key
     columns = disparities.shape[1]
     flat, known = disparities.reshape(-1), trusted.reshape(-1)
     largest = 0

@@ -16,7 +16,7 @@ from fuzzy_stereo_ros.matching.kernels.possibility.features import MARGIN
 from fuzzy_stereo_ros.matching.kernels.simd import (
     add, bit_and, bit_xor, equal_bits, high_product, LANES, less, load, minimum, multiply,
     shift_left, shift_right, splat, store, subtract, total)
-from fuzzy_stereo_ros.matching.kernels.units import INVALID
+from fuzzy_stereo_ros.matching.kernels.units import INVALID, VOTED
 import numpy as np
 
 COLUMNS_AROUND = 4   # columns around a picture, as far as the widest mean reaches
@@ -38,14 +38,6 @@ class TextureBands(NamedTuple):
     written: np.ndarray      # int64 (r, 2), elements of a row that may not be 0
 
 
-class Target(NamedTuple):
-    """The candidates of the pixels of the left view: the texture of the mirrored right one."""
-
-    bands: np.ndarray        # the values of its TextureBands
-    seen: np.ndarray         # of its TextureBands
-    base: int                # index of the candidate of column 0 for label 0
-
-
 class Votes(NamedTuple):
     """The evidence of the cells of regions."""
 
@@ -53,13 +45,6 @@ class Votes(NamedTuple):
     counts: np.ndarray       # int16 (cells, labels), candidates that are seen, in COUNTED-th rows
     cells: np.ndarray        # int32 (cells, 5): number of half-size pixels, sums of their columns,
     #                          rows and labels, and how many of these are inconsistent
-
-
-class LabelMap(NamedTuple):
-    """A map of labels, and how many labels there are."""
-
-    labels: np.ndarray
-    disparities: int
 
 
 @inlined
@@ -220,19 +205,22 @@ def quantise(bands, written, clips, first, last):
 @kernel
 def number_cells(regions, places, starts):
     """
-    Count the cells that each region reaches into, and number them, region by region.
+    Count the cells that each region reaches into, and number them; return how many there are.
 
-    regions: the fields of segments.Regions; places: int32 (regions, cell rows, cell columns), the
-    number of each cell, -1 where the region is not; starts: int32 (regions + 1,)
+    Returns the number of pieces too: a piece is what of a run lies in one cell. places: int32
+    (regions, cell rows, cell columns), the number of each cell, -1 where the region is not;
+    starts: int32 (regions + 1,)
     """
-    begin, end, row_runs, region = regions
+    runs, rows = regions
+    begin, end, region = runs[0], runs[1], runs[3]
     places[:] = -1
-    for row in range(len(row_runs)):
-        for run in range(row_runs[row, 0], row_runs[row, 1]):
+    number = pieces = 0
+    for row in range(len(rows)):
+        for run in range(rows[row, 0], rows[row, 1]):
             if region[run] >= 0:
                 for cell in range(begin[run] // HALF, (end[run] - 1) // HALF + 1):
                     places[region[run], row // CELL_ROWS, cell] = 0
-    number = 0
+                    pieces += 1
     for mine in range(places.shape[0]):
         starts[mine] = number
         for row in range(places.shape[1]):
@@ -241,100 +229,123 @@ def number_cells(regions, places, starts):
                     places[mine, row, column] = number
                     number += 1
     starts[places.shape[0]] = number
-    return number
+    return number, pieces
 
 
 @kernel
-def vote(left, target, regions, places, half_map, votes, first, last):
+def list_pieces(regions, places, pieces):
     """
-    Sum the products of the bands of regions with those of all candidates, cell by cell.
+    List the pieces of regions, row by row.
 
-    left: the values of the left TextureBands; target: the fields of Target; regions: of
-    segments.Regions; places: of number_cells; half_map: the labels at half size and their
-    validity, (r, c); votes: the fields of Votes; first, last: the rows of whole cells
+    pieces: int32 (n, 4), the number of the cell, row, first half-size column and the one after the
+    last
     """
-    (right, seen, base), (half_labels, validity) = target, half_map
-    begin, end, row_runs, region = regions
-    curves, counts, cells = votes
-    labels = curves.shape[2]
-    sums, numbers = curves.view(np.uint16).reshape(-1), counts.view(np.uint16).reshape(-1)
-    source, flags = right.view(np.uint16).reshape(-1), seen.reshape(-1)
-    rows, stride = right.shape[1:]
-    for row in range(first, last):
-        for run in range(row_runs[row, 0], row_runs[row, 1]):
-            if region[run] < 0:
-                continue
-            half = np.int64(begin[run])
-            while half < end[run]:
-                stop = min(np.int64(end[run]), (half // HALF + 1) * HALF)
-                place = np.int64(places[region[run], row // CELL_ROWS, half // HALF])
-                cell = cells[place]
-                for pixel in range(half, stop):
-                    cell[0] += 1
-                    cell[1] += pixel
-                    cell[2] += row
-                    cell[3] += half_labels[row, pixel]
-                    cell[4] += validity[row, pixel] == INVALID
-                for band in range(BANDS):
-                    line = left[band, row, COLUMNS_AROUND:]
-                    for block in range(0, labels, LANES):
-                        sum_at = (place * BANDS + band) * labels + block
-                        products = load(sums, sum_at)
-                        candidate = (band * rows + row) * stride + base + COLUMNS_AROUND + block
-                        for column in range(2 * half, 2 * stop):
-                            products = add(products, multiply(
-                                splat(np.uint16(line[column])), load(source, candidate - column)))
-                        store(sums, sum_at, products)
-                if row % COUNTED == 0:
-                    for block in range(0, labels, LANES):
-                        count_at = place * labels + block
-                        number = row * stride + base + COLUMNS_AROUND + block
-                        known = load(numbers, count_at)
-                        for column in range(2 * half, 2 * stop):
-                            known = subtract(known, load(flags, number - column))
-                        store(numbers, count_at, known)
-                half = stop
+    runs, rows = regions
+    begin, end, region = runs[0], runs[1], runs[3]
+    number = 0
+    for row in range(len(rows)):
+        for run in range(rows[row, 0], rows[row, 1]):
+            if region[run] >= 0:
+                for cell in range(begin[run] // HALF, (end[run] - 1) // HALF + 1):
+                    pieces[number, 0] = places[region[run], row // CELL_ROWS, cell]
+                    pieces[number, 1] = row
+                    pieces[number, 2] = max(begin[run], cell * HALF)
+                    pieces[number, 3] = min(end[run], (cell + 1) * HALF)
+                    number += 1
 
 
 @kernel
-def write_planes(regions, cells, planes, half_map, full_map, weights, weight, sure, first, last):
-    """
-    Write planes into a half-size map and into the prior of the full search, in accepted cells.
+def sum_cells(pieces, labels, validity, cells):
+    """Sum what the half-size map, labels and validity (r, c), says in cells; cells: of Votes."""
+    for place, row, first, last in pieces:
+        cell = cells[place]
+        for pixel in range(first, last):
+            cell[0] += 1
+            cell[1] += pixel
+            cell[2] += row
+            cell[3] += labels[row, pixel]
+            cell[4] += validity[row, pixel] == INVALID
 
-    Everywhere in regions, write how sure that is. regions: the fields of segments.Regions; cells:
-    places of number_cells, and uint8 by cell, which are accepted; planes: float64 (regions, 3), of
-    half-size x and y and full disparity; half_map, full_map: the fields of a LabelMap, (r, c), and
-    (R, C) of the prior; weights: uint8 (R, C), of the prior, which become `weight`; sure: uint8
-    (regions, 2), of the map and of the plane, and uint8 (R, C), written; first, last: half-size
-    rows
+
+@kernel
+def vote(pieces, left, right, curves):
     """
-    (places, accepted), (of_region, certainty) = cells, sure
-    begin, end, row_runs, region = regions
-    (half_labels, half_disparities), (labels, disparities) = half_map, full_map
-    half_highest, highest = np.int64(half_disparities - 1), np.int64(disparities - 1)
-    for row in range(first, last):
-        for run in range(row_runs[row, 0], row_runs[row, 1]):
-            if region[run] < 0:
-                continue
-            slope, fall, offset = planes[region[run]]
-            half = np.int64(begin[run])
-            while half < end[run]:
-                stop = min(np.int64(end[run]), (half // HALF + 1) * HALF)
-                taken = accepted[places[region[run], row // CELL_ROWS, half // HALF]]
-                certainty[2 * row:2 * row + 2, 2 * half:2 * stop] = of_region[region[run], taken]
-                if taken:
-                    step = np.int64(slope * 2**15)      # a full pixel, in 1 / 2**16
-                    for lower in range(2):
-                        label = np.int64(2**16 * (
-                            slope * (half - 0.25) + fall * (row + 0.5 * lower - 0.25) + offset
-                            + 0.5))
-                        line, flags = labels[2 * row + lower], weights[2 * row + lower]
-                        for column in range(2 * half, 2 * stop):
-                            line[column] = min(max(label >> 16, 0), highest)
-                            flags[column] = weight
-                            label += step
-                    label = np.int64(2**15 * (slope * half + fall * row + offset + 1))
-                    for column in range(half, stop):
-                        half_labels[row, column] = min(max(label >> 16, 0), half_highest)
-                        label += step
-                half = stop
+    Sum the products of the bands of pieces with those of all candidates, cell by cell.
+
+    left, right: the values of both TextureBands, the right one mirrored; curves: of Votes
+    """
+    labels, (rows, stride), base = curves.shape[2], right.shape[1:], _candidate(left)
+    sums, source = curves.view(np.uint16).reshape(-1), right.view(np.uint16).reshape(-1)
+    for piece in range(len(pieces)):
+        place, row = np.int64(pieces[piece, 0]), np.int64(pieces[piece, 1])
+        first, last = 2 * np.int64(pieces[piece, 2]), 2 * np.int64(pieces[piece, 3])
+        for band in range(BANDS):
+            line = left[band, row, COLUMNS_AROUND:]
+            for block in range(0, labels, LANES):
+                sum_at = (place * BANDS + band) * labels + block
+                products = load(sums, sum_at)
+                candidate = (band * rows + row) * stride + base + block
+                for column in range(first, last):
+                    products = add(products, multiply(
+                        splat(np.uint16(line[column])), load(source, candidate - column)))
+                store(sums, sum_at, products)
+
+
+@inlined
+def _candidate(left):
+    """Return the index of the candidate of column 0 for label 0; left: as in vote."""
+    return left.shape[2] - LANES - COLUMNS_AROUND - 1
+
+
+@kernel
+def count_seen(pieces, left, seen, counts):
+    """Count the candidates that are seen, in COUNTED-th rows; seen: of the right TextureBands."""
+    labels, stride, base = counts.shape[1], seen.shape[1], _candidate(left)
+    numbers, flags = counts.view(np.uint16).reshape(-1), seen.reshape(-1)
+    for piece in range(len(pieces)):
+        place, row = np.int64(pieces[piece, 0]), np.int64(pieces[piece, 1])
+        if row % COUNTED == 0:
+            for block in range(0, labels, LANES):
+                candidate = row * stride + base + block
+                known = load(numbers, place * labels + block)
+                for column in range(2 * np.int64(pieces[piece, 2]),
+                                    2 * np.int64(pieces[piece, 3])):
+                    known = subtract(known, load(flags, candidate - column))
+                store(numbers, place * labels + block, known)
+
+
+@kernel
+def write_planes(pieces, planes, half_labels, half_highest, prior, highest):
+    """
+    Write planes into a half-size map, (r, c), and into the prior of the full search.
+
+    planes: float64 (cells, 3), of half-size x and y and full disparity, NaN where none is taken;
+    prior: labels and weights, (R, C); half_highest, highest: the last labels of both
+    """
+    labels, weights = prior
+    for piece in range(len(pieces)):
+        slope, fall, offset = planes[pieces[piece, 0]]
+        if np.isnan(slope):
+            continue
+        row, first, last = (np.int64(pieces[piece, 1]), np.int64(pieces[piece, 2]),
+                            np.int64(pieces[piece, 3]))
+        step = np.int64(slope * 2**15)      # a full pixel, in 1 / 2**16
+        for lower in range(2):
+            label = np.int64(2**16 * (
+                slope * (first - 0.25) + fall * (row + 0.5 * lower - 0.25) + offset + 0.5))
+            line, flags = labels[2 * row + lower], weights[2 * row + lower]
+            for column in range(2 * first, 2 * last):
+                line[column] = min(max(label >> 16, 0), highest)
+                flags[column] = VOTED
+                label += step
+        label = np.int64(2**15 * (slope * first + fall * row + offset + 1))
+        for column in range(first, last):
+            half_labels[row, column] = min(max(label >> 16, 0), half_highest)
+            label += step
+
+
+@kernel
+def write_certainty(pieces, sure, certainty):
+    """Write into a map, uint8 (R, C), how sure each cell is: uint8 (cells,)."""
+    for place, row, first, last in pieces:
+        certainty[2 * row:2 * row + 2, 2 * first:2 * last] = sure[place]

@@ -7,36 +7,14 @@ The evidence is a curve over the disparities for each cell, see plain_regions.py
 is measured in its standard deviations if cells were independent, so that no estimate of noise is
 needed. What is taken of it is decided in realtime/plain_regions.py.
 """
-from typing import NamedTuple
-
 from fuzzy_stereo_ros.matching.kernels.addresses import median
 from fuzzy_stereo_ros.matching.kernels.compiled import called, inlined, kernel
 from fuzzy_stereo_ros.matching.kernels.planes.plain_regions import BANDS, COUNTED
 import numpy as np
 
-APART = 3            # px from the best disparity; nearer ones count as the same
 TILTED = 2.0         # deviations that a slant must gain
 TILTS, MOST_TILTED = (2.0, 1.0, 0.5, 0.25), 6.0  # px at the border of a region: at a time, in all
-SAMPLES = 8          # wrong disparities that show the evidence of a cell by chance
 GAIN = 0.05          # deviations that a step must gain
-
-
-class RegionCells(NamedTuple):
-    """The cells of a region, from `start` to `stop` - 1."""
-
-    places: np.ndarray   # int32 (cell rows, cell columns), numbers of cells, below 0 for none
-    start: int
-    stop: int
-
-
-@inlined
-def _between(deviations, best):
-    """Return the best disparity between whole px, by the parabola of the five around it."""
-    if best < 2 or best > deviations.size - 3:
-        return float(best)
-    a, b, c, d, e = deviations[best - 2:best + 3]
-    slope, bend = (2 * e + d - b - 2 * a) / 10, (2 * a - b - 2 * c - d + 2 * e) / 14
-    return best + min(max(-slope / (2 * min(bend, -1e-9)), -0.75), 0.75)
 
 
 @inlined
@@ -50,23 +28,23 @@ def _interpolated(curves, place, disparity):
 
 
 @inlined
-def _around(values, places, start, row, column):
+def _around(values, places, row, column):
     """Return the sum over the 3 x 3 cells of a region around one."""
     total = 0.0
     for y in range(max(row - 1, 0), min(row + 2, places.shape[0])):
         for x in range(max(column - 1, 0), min(column + 2, places.shape[1])):
             if places[y, x] >= 0:
-                total += values[places[y, x] - start]
+                total += values[places[y, x]]
     return total
 
 
 @called(allocates=True)
-def spread_around(values, places, start, result):
+def spread_around(values, places, result):
     """Write the sums over the 3 x 3 cells of a region around each: float64 (cells,)."""
     for row in range(places.shape[0]):
         for column in range(places.shape[1]):
             if places[row, column] >= 0:
-                result[places[row, column] - start] = _around(values, places, start, row, column)
+                result[places[row, column]] = _around(values, places, row, column)
 
 
 @kernel
@@ -141,22 +119,11 @@ def elect_by_halves(groups, filled, allowed, best, near, shares):
 
 
 @called(allocates=True)
-def weigh(curves, counts, start, spreads, weighted, seen):
-    """Write the curves of cells, in deviations of the region, and counts: float64 (cells, d)."""
-    for place in range(len(seen)):
-        for label in range(seen.shape[1]):
-            seen[place, label] = COUNTED * counts[start + place, label]
-            weighted[place, label] = 0
-            for band in range(BANDS):
-                weighted[place, label] += curves[start + place, band, label] / spreads[band]
-
-
-@called(allocates=True)
-def centres(cells, start, right, down):
+def centres(cells, right, down):
     """Write where the cells of a region lie, -1 to 1; return its centre and half its sides."""
     x = y = pixels = 0.0
     for place in range(right.size):
-        number, columns, rows = cells[start + place, :3]
+        number, columns, rows = cells[place, :3]
         x, y, pixels = x + columns, y + rows, pixels + number
         right[place], down[place] = columns / number, rows / number
     x, y = x / pixels, y / pixels
@@ -171,7 +138,7 @@ def centres(cells, start, right, down):
 
 
 @called(allocates=True)
-def evidence_of_map(cells, places, start, nearest, weighted, seen, found):
+def evidence_of_map(cells, places, nearest, weighted, seen, found):
     """
     Return the evidence for a map, in deviations from none; write the part of each cell.
 
@@ -181,9 +148,9 @@ def evidence_of_map(cells, places, start, nearest, weighted, seen, found):
     for row in range(places.shape[0]):
         for column in range(places.shape[1]):
             if places[row, column] >= 0:
-                place = places[row, column] - start
-                label = 2 * (_around(cells[start:, 3], places, start, row, column)
-                             / _around(cells[start:, 0], places, start, row, column))
+                place = places[row, column]
+                label = 2 * (_around(cells[:, 3], places, row, column)
+                             / _around(cells[:, 0], places, row, column))
                 number += _interpolated(seen, place, label)
                 found[place] = 0
                 if label >= nearest - 0.5:
@@ -236,61 +203,51 @@ def climb(weighted, seen, right, down, disparity, found):
 
 
 @called(allocates=True)
-def by_chance(weighted, valid, places, start, nearest, best):
+def by_chance(weighted, places, others):
     """Return the median evidence of 3 x 3 cells at some wrong disparities, in deviations."""
-    labels, number = valid.size, len(weighted)
-    around, found, samples = np.zeros(number), np.zeros(labels), 0
-    for label in range(nearest, labels, max(labels // SAMPLES, 1)):
-        if valid[label] and abs(label - best) > APART:
-            spread_around(weighted[:, label], places, start, around)
-            mean = square = 0.0
-            for place in range(number):
-                mean += around[place]
-            mean /= number
-            for place in range(number):
-                square += (around[place] - mean)**2
-            found[samples] = np.sqrt(square / number)
-            samples += 1
-    return median(found, samples) + 1e-6
+    number = len(weighted)
+    around, found = np.zeros(number), np.zeros(max(others.size, 1))
+    for sample in range(others.size):
+        spread_around(weighted[:, others[sample]], places, around)
+        mean = square = 0.0
+        for place in range(number):
+            mean += around[place]
+        mean /= number
+        for place in range(number):
+            square += (around[place] - mean)**2
+        found[sample] = np.sqrt(square / number)
+    return median(found, others.size) + 1e-6
 
 
 @kernel(allocates=True)
-def compare(votes, region, spreads, deviations, valid, limits, plane, lead):
+def compare(weighted, seen, cells, places, nearest, disparity, others, lead):
     """
     Tilt the plane of a region to where it has the most evidence, and compare it with the map.
 
-    Returns by how much the evidence for the plane exceeds the right share of that for the map, in
-    deviations, and how decisive 3 x 3 cells are: the mean evidence of the plane there, in those of
-    wrong disparities.
-    votes: the fields of Votes; region: those of RegionCells; spreads: float64 (BANDS,), deviations
-    of each band; deviations: float64 (labels,), the evidence of each; valid: bool (labels,), seen
-    often enough; limits: the label from which on there is evidence, the one with the most of it,
-    the mean evidence, which is none, and the share of the map that is right; plane: float64 (3,),
-    written, of half-size x and y and full disparity; lead: float64 (cells,), written, by how much
-    the evidence for the plane in 3 x 3 cells exceeds that of the map, in those of wrong
-    disparities
+    Returns the evidence for the plane and for the map, in deviations; how decisive 3 x 3 cells
+    are: the mean evidence of the plane there, in those of wrong disparities; and the plane, of
+    half-size x and y and full disparity.
+    weighted, seen: float64 (cells, labels), the curves in deviations, and counts; cells: of Votes;
+    places: int32 (cell rows, cell columns), numbers of the region's cells, below 0 for none;
+    nearest: the label from which on there is evidence; disparity: with the most of it; others:
+    int64, wrong disparities; lead: float64 (cells,), written, by how much the evidence for the
+    plane in 3 x 3 cells exceeds that of the map, in those of wrong disparities
     """
-    (curves, counts, cells), (places, start, stop) = votes, region
-    nearest, best, middle, share = limits
-    number, labels = stop - start, deviations.size
-    weighted, seen = np.zeros((number, labels)), np.zeros((number, labels))
+    number = len(weighted)
     right, down, of_map, of_plane = (np.zeros(number), np.zeros(number), np.zeros(number),
                                      np.zeros(number))
-    weigh(curves, counts, start, spreads, weighted, seen)
-    x, y, wide, high = centres(cells, start, right, down)
-    evidence, (level, slope, fall) = climb(weighted, seen, right, down,
-                                           _between(deviations, best), of_plane)
-    known = evidence_of_map(cells, places, start, nearest, weighted, seen, of_map)
-    plane[0], plane[1] = slope / wide, fall / high
-    plane[2] = level - plane[0] * x - plane[1] * y
-    usual = by_chance(weighted, valid, places, start, nearest, best)
-    spread_around(of_plane, places, start, lead)
+    x, y, wide, high = centres(cells, right, down)
+    evidence, (level, slope, fall) = climb(weighted, seen, right, down, disparity, of_plane)
+    known = evidence_of_map(cells, places, nearest, weighted, seen, of_map)
+    slope, fall = slope / wide, fall / high
+    usual = by_chance(weighted, places, others)
+    spread_around(of_plane, places, lead)
     total = pixels = 0.0
     for place in range(number):
-        total += lead[place] * cells[start + place, 0]
-        pixels += cells[start + place, 0]
+        total += lead[place] * cells[place, 0]
+        pixels += cells[place, 0]
         of_plane[place] -= of_map[place]
-    spread_around(of_plane, places, start, lead)
+    spread_around(of_plane, places, lead)
     for place in range(number):
         lead[place] /= usual
-    return evidence - middle - share * (known - middle), total / pixels / usual
+    return evidence, known, total / pixels / usual, (slope, fall, level - slope * x - fall * y)

@@ -8,12 +8,10 @@ Segments are those of Felzenszwalb and Huttenlocher, Efficient graph-based image
 edges are sorted, and noise joins no regions across an edge. Their coordinates are those of the
 half-size image; its pixel (y, x) stands for the full pixels (2 y .. 2 y + 1, 2 x .. 2 x + 1).
 """
-from typing import NamedTuple
-
 from fuzzy_stereo_ros.matching.kernels.addresses import next_byte
 from fuzzy_stereo_ros.matching.kernels.compiled import called, inlined, kernel
 from fuzzy_stereo_ros.matching.kernels.planes.fits import (
-    agreeing, best_of_random, LEAST_POINTS, least_squares)
+    agreeing, AGREEMENT, best_of_random, LEAST_POINTS, least_squares)
 from fuzzy_stereo_ros.matching.kernels.possibility.features import MARGIN
 from fuzzy_stereo_ros.matching.kernels.union_find import join, root
 from fuzzy_stereo_ros.matching.kernels.units import CONSISTENT, STEPS
@@ -21,32 +19,6 @@ import numpy as np
 
 STEP_PARTS = 16      # differences of pixels are counted in units of 1 / STEP_PARTS
 LEVELS = 2**13       # larger differences count as equal
-
-
-class Runs(NamedTuple):
-    """Runs of like pixels in the rows of an image of r * c pixels."""
-
-    begin: np.ndarray    # int32 (r * c,), first column of each run
-    end: np.ndarray      # int32 (r * c,), the column after its last one
-    parent: np.ndarray   # int32 (r * c,), the union-find of runs
-    rows: np.ndarray     # int32 (r, 2), the first run of each row and the one after its last
-
-
-class Regions(NamedTuple):
-    """Regions of an image, by the runs of its rows."""
-
-    begin: np.ndarray    # of Runs
-    end: np.ndarray      # of Runs
-    rows: np.ndarray     # of Runs
-    region: np.ndarray   # int32 (r * c,), the region of each run, -1 for none
-
-
-class Likeness(NamedTuple):
-    """Which pixels belong to one run, and which runs above each other to one region."""
-
-    step: int            # largest difference of a pixel from its run, 1 / 256 grey level
-    apart: int           # largest difference of the means of two runs where they overlap
-    overlap: int         # px, least length of that
 
 
 @kernel
@@ -130,34 +102,39 @@ def join_pixels(order, differences, scale, smallest, parent, size, inner, labels
     return number
 
 
+# `regions` are runs of like pixels in the rows of an image of r * c pixels, int32 (4, r * c): the
+# first column of each, the one after its last, its parent in a union-find and its region, -1 for
+# none; and int32 (r, 2), the first run of each row and the one after its last.
 _FOLLOWS = 2         # a run's grey follows its pixels by a quarter of their difference
 _REFITS = 4          # by least squares, each to what agrees with the one before
+PLANES_TRIED, ENOUGH = 24, 0.9      # random planes of a region; share that agrees and ends this
+ON_PLANE = 0.6       # share of a region's points that must lie within 1 px of its plane
 
 
-@kernel
-def find_runs(luminance, weak, likeness, runs, sums, first, last):
+@kernel(allocates=True)
+def find_runs(luminance, weak, likeness, regions, first, last):
     """
     Write runs of similar pixels of weak texture and merge vertically adjacent similar ones.
 
     Those of the rows first .. last are numbered from first * c on.
 
-    luminance: uint16 (r + 2 MARGIN, ...); weak: uint8 (r, c or more); likeness: the fields of a
-    Likeness; runs: those of Runs, written; sums: int32 (2, c + 1), memory, of grey in the runs
+    luminance: uint16 (r + 2 MARGIN, ...); weak: uint8 (r, c or more); likeness: the largest
+    difference of a pixel from its run, 1 / 256 grey level, of which those of the means of two runs
+    are half where they overlap, and the least px of that
     """
-    likeness, runs = Likeness(*likeness), Runs(*runs)
-    begin, end, parent = runs.begin, runs.end, runs.parent
-    columns = sums.shape[1] - 1
-    known = first * columns
+    (step, overlap), (runs, rows) = likeness, regions
+    begin, end, parent, columns = runs[0], runs[1], runs[2], runs.shape[1] // len(rows)
+    known, sums = first * columns, np.zeros((2, columns + 1), np.int32)     # of grey in the runs
     for row in range(first, last):
         here, above = sums[row & 1], sums[1 - (row & 1)]
         line, allowed = luminance[row + MARGIN], weak[row, :columns]
-        runs.rows[row, 0] = known
+        rows[row, 0] = known
         total, column = np.int32(0), next_byte(allowed, 0, 0, False)
         while column < columns:
             grey = np.int32(line[np.uint64(column + MARGIN)])
             mean, difference = grey, np.int32(0)
             begin[known], parent[known], here[column] = column, known, total
-            while abs(difference) <= likeness.step:
+            while abs(difference) <= step:
                 mean += difference >> _FOLLOWS
                 total, column = total + grey, column + 1
                 here[column] = total
@@ -168,125 +145,91 @@ def find_runs(luminance, weak, likeness, runs, sums, first, last):
             end[known] = column
             known += 1
             column = next_byte(allowed, column, 0, False)
-        runs.rows[row, 1] = known
+        rows[row, 1] = known
         if row > first:
-            _join(runs, row, likeness, here, above)
+            _join(runs, rows, row, step, overlap, here, above)
 
 
-@kernel
-def join_runs(luminance, likeness, runs, sums, edges):
-    """
-    Join the runs of bands of rows where they meet; edges: the first row of each band.
-
-    The other arguments: as of find_runs.
-    """
-    likeness, runs = Likeness(*likeness), Runs(*runs)
+@kernel(allocates=True)
+def join_runs(luminance, likeness, regions, edges):
+    """Join the runs of bands of rows where they meet; edges: the first row of each band."""
+    (step, overlap), (runs, rows) = likeness, regions
+    sums = np.zeros((2, runs.shape[1] // len(rows) + 1), np.int32)
     for row in edges[1:]:
         for part in range(2):
             total, line = np.int32(0), luminance[row - part + MARGIN]
             for column in range(sums.shape[1]):
                 sums[part, column] = total
                 total += np.int32(line[np.uint64(column + MARGIN)])
-        _join(runs, row, likeness, sums[0], sums[1])
+        _join(runs, rows, row, step, overlap, sums[0], sums[1])
 
 
 @inlined
-def _join(runs, row, likeness, here, above):
+def _join(runs, rows, row, step, overlap, here, above):
     """Join the runs of a row with the like ones above; here, above: sums of grey from the left."""
-    begin, end, parent = runs.begin, runs.end, runs.parent
-    other, stop = runs.rows[row - 1]
-    for run in range(runs.rows[row, 0], runs.rows[row, 1]):
+    begin, end, parent, apart = runs[0], runs[1], runs[2], step // 2
+    other, stop = rows[row - 1]
+    for run in range(rows[row, 0], rows[row, 1]):
         while other < stop and end[other] <= begin[run]:
             other += 1
         upper = other
         while upper < stop and begin[upper] < end[run]:
             low, high = max(begin[upper], begin[run]), min(end[upper], end[run])
             difference = here[high] - here[low] - above[high] + above[low]
-            if high - low >= likeness.overlap and abs(difference) <= likeness.apart * (high - low):
+            if high - low >= overlap and abs(difference) <= apart * (high - low):
                 join(parent, run, upper)
             upper += 1
 
 
 @kernel
-def number_regions(runs, least, size, region):
-    """
-    Give numbers to the regions of at least so many pixels; return how many there are.
-
-    runs: the fields of Runs; size: int32, memory; region: int32, by run, -1 for those of smaller
-    regions
-    """
-    runs = Runs(*runs)
-    for first, last in runs.rows:
-        for run in range(first, last):
-            size[run] = 0
-            size[root(runs.parent, run)] += runs.end[run] - runs.begin[run]
+def number_regions(regions, least):
+    """Give numbers to the regions of at least so many pixels; return how many there are."""
+    runs, rows = regions
+    begin, end, parent, region = runs[0], runs[1], runs[2], runs[3]
+    for first, last in rows:
+        for run in range(first, last):      # first the size, known for the first run of each
+            region[run] = 0
+            region[root(parent, run)] += end[run] - begin[run]
     number = 0
-    for first, last in runs.rows:
+    for first, last in rows:
         for run in range(first, last):
-            above = root(runs.parent, run)
-            if above == run:
-                region[run] = -1
-                if size[run] >= least:
-                    region[run] = number
-                    number += 1
-            else:
+            above = root(parent, run)
+            if above != run:
                 region[run] = region[above]
+            elif region[run] >= least:
+                region[run] = number
+                number += 1
+            else:
+                region[run] = -1
     return number
 
 
 @kernel
 def count_matches(regions, validity, counts, first, last):
-    """
-    Count the consistent matches of each region in some half-size rows.
-
-    regions: the fields of Regions; validity: uint8 (R, C), of the full image; counts: int32
-    (regions,)
-    """
-    begin, end, row_runs, region = regions
+    """Count the consistent matches of each region, int32 (regions,), in some half-size rows."""
+    runs, rows = regions
+    begin, end, region = runs[0], runs[1], runs[3]
     counts[:] = 0
     for row in range(first, last):
-        for run in range(row_runs[row, 0], row_runs[row, 1]):
+        for run in range(rows[row, 0], rows[row, 1]):
             if region[run] >= 0:
                 for column in range(begin[run], end[run]):
                     counts[region[run]] += validity[2 * row + 1, 2 * column + 1] == CONSISTENT
 
 
 @kernel
-def place_points(most, bands, counts, every, places, starts):
+def gather_points(regions, every, waited, places, matches, points, first, last):
     """
-    Choose at most `most` matches of each region, evenly spread: one of `every`.
+    Write one of `every` matches of each region as points, in some half-size rows.
 
-    bands: number of bands of rows; counts: int32 (bands or more, regions or more), of
-    count_matches; every: int32 (regions,); places: int32 as counts, where the first point of each
-    band will be; starts: int32 (regions + 1,), points of region i are starts[i] to
-    starts[i + 1] - 1. Counts become those of the matches of the bands before since the last point.
+    waited, places: int32 (regions,), matches since the last point, and where the next one goes,
+    which are overwritten; matches: labels, offsets, validity of the full image; points: float32
+    (3, r * c), x, y and disparity in full px
     """
-    starts[0] = 0
-    for region in range(every.size):
-        total = counts[:bands, region].sum()
-        every[region] = max((total + most - 1) // most, 1)
-        before = 0
-        for band in range(bands):
-            found = counts[band, region]
-            places[band, region] = starts[region] + before // every[region]
-            counts[band, region] = before % every[region]
-            before += found
-        starts[region + 1] = starts[region] + total // every[region]
-
-
-@kernel
-def gather_points(regions, every, waited, places, chosen, points, first, last):
-    """
-    Write the points of regions in some half-size rows, once these are placed.
-
-    regions: the fields of Regions; every: of place_points; waited, places: int32 (regions,), the
-    counts and places of the band, which are overwritten; chosen: labels, offsets, validity (R, C),
-    of the full image; points: float32 (3, r * c), x, y and disparity in full px
-    """
-    begin, end, row_runs, region = regions
-    labels, offsets, validity = chosen
+    (runs, rows), (labels, offsets, validity) = regions, matches
+    begin, end, region = runs[0], runs[1], runs[3]
     for row in range(first, last):
-        for run in range(row_runs[row, 0], row_runs[row, 1]):
+        for run in range(rows[row, 0], rows[row, 1]):
             mine = region[run]
             if mine < 0:
                 continue
@@ -303,22 +246,22 @@ def gather_points(regions, every, waited, places, chosen, points, first, last):
 
 
 @kernel
-def fit_planes(points, starts, random, share, planes, begin, end):
+def fit_planes(points, starts, key, planes, begin, end):
     """
     Fit a plane to the regions begin .. end: the best of random ones, then least squares.
 
-    points, starts: of gather_points; random: of RandomPlanes; share: of the points that must lie
-    within 1 px, else there is no plane; planes: float32 (regions, 3), of half-size x and y and
-    full disparity, NaN for none
+    points: of gather_points; starts: int32 (regions + 1,), where those of each region begin;
+    planes: float32 (regions, 3), of half-size x and y and full disparity, NaN for none
     """
-    limit, none = np.float32(1.5) * random[1], np.float32(np.nan)
+    limit, none = np.float32(1.5) * AGREEMENT, np.float32(np.nan)
     for region in range(begin, end):
         first, last = starts[region], starts[region + 1]
         planes[region] = np.nan
         if last - first < LEAST_POINTS:
             continue
-        most, plane = best_of_random(points, first, last, 1, random,
-                                     np.uint64(3 * region * random[0]), (none, none, none))
+        most, plane = best_of_random(
+            points, first, last, 1, (PLANES_TRIED, ENOUGH, key),
+            np.uint64(3 * region * PLANES_TRIED), (none, none, none))
         if most < LEAST_POINTS:
             continue
         for _ in range(_REFITS):
@@ -326,7 +269,7 @@ def fit_planes(points, starts, random, share, planes, begin, end):
                 points, first, last, plane, limit,
                 (points[0, first], points[1, first], points[2, first]))
             plane = np.float32(a), np.float32(b), np.float32(c)
-        if agreeing(points, first, last, 1, plane, np.float32(1)) >= share * (last - first):
+        if agreeing(points, first, last, 1, plane, np.float32(1)) >= ON_PLANE * (last - first):
             planes[region, 0], planes[region, 1], planes[region, 2] = plane
 
 
@@ -335,13 +278,12 @@ def write_mutant(regions, planes, disparities, target_range, mutant, first, last
     """
     Give the cells of regions that have a plane its labels where they differ by more than one.
 
-    regions: the fields of Regions; target_range: first and last column of the target that exist,
-    whose matches alone are proposed; mutant: (R, C) labels; first, last: half-size rows
+    Only matches inside of the target range are proposed; first, last: half-size rows
     """
-    begin, end, row_runs, region = regions
-    half = np.float32(0.5)
+    (runs, rows), half = regions, np.float32(0.5)
+    begin, end, region = runs[0], runs[1], runs[3]
     for row in range(first, last):
-        for run in range(row_runs[row, 0], row_runs[row, 1]):
+        for run in range(rows[row, 0], rows[row, 1]):
             mine = region[run]
             if mine < 0 or np.isnan(planes[mine, 0]):
                 continue

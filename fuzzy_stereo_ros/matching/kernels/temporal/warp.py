@@ -35,13 +35,6 @@ class Motion(NamedTuple):
     lowest: float        # px, disparity of label 0
 
 
-class Moved(NamedTuple):
-    """A map of the previous frame, moved to this one."""
-
-    labels: np.ndarray   # float32 (r, c), NO_LABEL where no cell moved to
-    source: np.ndarray   # int32 (r, c), the cell there came from, row * c + column; -1 for none
-
-
 @inlined
 def _product(line, column, row, disparity):
     """Return the product of a line of the matrix, four numbers, with a point."""
@@ -62,8 +55,8 @@ def move_labels(labels, motion, moved):
     """
     Move each cell to its place in the other frame; where several meet, the nearest one stays.
 
-    labels: float32 (r, c); motion: the fields of a Motion from cells to cells; moved: those of
-    Moved, written.
+    labels: float32 (r, c); motion: the fields of a Motion from cells to cells; moved: written, with
+    NO_LABEL where no cell moved to
     """
     matrix, lowest = motion
     found, source = moved
@@ -114,7 +107,7 @@ def census_distances(moved, half, motion, census, distances, first, last):
     """
     Write the census distance between each cell and the place of its point in the previous frame.
 
-    The place is computed as if the point stood still. moved: labels of Moved; half: (r, c), labels
+    The place is computed as if the point stood still. moved: float32 (r, c), moved labels; half: (r, c), labels
     of the half map; motion: the fields of a Motion from cells now to pixels before; census: now
     and before, uint32 (R, C), of pack_census; distances: uint8 (2, r, c), by the moved label, and
     by that of the half map, of which near ones count as equal.
@@ -145,7 +138,7 @@ def trusted_moved(moved, before, half, distances, weights, first, last):
     """
     Write the weight of the moved map in the prior of each cell: 0, or that of where it came from.
 
-    moved: the fields of Moved; before: uint8 (r, c), weights of the cells of the previous frame;
+    before: uint8 (r, c), weights of the cells of the previous frame;
     half: (r, c), labels of the half map; distances: uint16 (2, r, c), summed, of the moved map and
     of the half map; weights: uint8 (r, c), written.
     """
@@ -211,7 +204,7 @@ def note_survivors(labels, moved, weights, survived, survived_now, first, last):
     """
     Write how many frames the labels of this frame, on the half grid, survived.
 
-    labels: float32 (r, c); moved: the fields of Moved, and weights: of trusted_moved, of this
+    labels: float32 (r, c); weights: of trusted_moved, of this
     frame; survived: uint8 (r, c), of the one before; survived_now: uint8 (r, c), 0 where the
     search did not rely on the moved label, or chose another.
     """
