@@ -10,7 +10,7 @@ are left to the search: near a depth edge even right matches correlate little.
 """
 import cv2
 from fuzzy_stereo_ros.matching.arrays import zeros
-from fuzzy_stereo_ros.matching.kernels.refinement.evidence import (
+from fuzzy_stereo_ros.matching.kernels.refinement.consistency import (
     BLOCK, reject_unseen, sum_blocks, SUMS)
 import numpy as np
 

@@ -15,13 +15,12 @@ from typing import NamedTuple
 import cv2
 from fuzzy_stereo_ros.matching.bands import Chain
 from fuzzy_stereo_ros.matching.kernels.possibility.features import MARGIN
-from fuzzy_stereo_ros.matching.kernels.temporal.both_views import (
-    ages_of_both, changes_alike, reject_pointed_at)
 from fuzzy_stereo_ros.matching.kernels.temporal.change_detection import (
     blend, compare_tiles, MEASURES, roughness, TILE)
 from fuzzy_stereo_ros.matching.kernels.temporal.motion import best_shift, move_ages, thumbnail
 from fuzzy_stereo_ros.matching.kernels.temporal.unchanged_tiles import (
-    add_drifts, choose_tiles, reject_drifting, tile_noises)
+    add_drifts, ages_of_both, changes_alike, choose_tiles, reject_drifting, reject_pointed_at,
+    tile_noises)
 import numpy as np
 
 THUMBNAIL = 60       # rows or columns, at least, of the thumbnails that are correlated

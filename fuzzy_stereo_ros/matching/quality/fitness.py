@@ -109,7 +109,7 @@ class PlaneFitness:
         """
         Write the changes of cost of taking the second parent's planes in the selected cells.
 
-        exchange: crossover.Exchange; first, second: the fields of a `Parent`, trusted costs;
+        exchange: crossover.Exchange; first, second: planes and their trusted costs;
         selected: bool (R, C)
         """
         exchange.set_cells(selected)

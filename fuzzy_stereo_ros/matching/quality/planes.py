@@ -80,7 +80,7 @@ def local_planes(pool, disparity, colour):
 
 
 def neighbours(radius, limit):
-    """Return the fields of the `Neighbours` that planes around pixels are fitted to; limit: px."""
+    """Return the neighbours that planes around pixels are fitted to, see fits; limit: px."""
     return radius, BY_COLOUR, np.float32(limit), np.float32(GROWTH)
 
 

@@ -21,7 +21,7 @@ from typing import NamedTuple
 from fuzzy_stereo_ros.matching.arrays import zeros
 from fuzzy_stereo_ros.matching.bands import MOST_PARTS, widened
 from fuzzy_stereo_ros.matching.kernels.planes import (
-    plain_masks, plain_regions as kernels, region_votes as vote_kernels)
+    plain_regions as kernels, plain_texture)
 from fuzzy_stereo_ros.matching.kernels.simd import LANES
 from fuzzy_stereo_ros.matching.realtime.half_size import SURE
 from fuzzy_stereo_ros.matching.realtime.operators import GreyRegions
@@ -55,19 +55,19 @@ class Texture:
     def __init__(self, view, half_view, behind):
         """Allocate for a view at full and at half size; behind: elements to read behind it."""
         self.view, self.half, rows = view, half_view, half_view.rows
-        columns = 2 * kernels.COLUMNS_AROUND + view.columns + max(behind, LANES)
+        columns = 2 * plain_texture.COLUMNS_AROUND + view.columns + max(behind, LANES)
         self._offset = view.columns - 2 * half_view.columns if view.mirrored else 0
-        self.plain = plain_masks.PlainMask(
+        self.plain = plain_texture.PlainMask(
             zeros((rows, half_view.columns + LANES), np.uint8), zeros((rows, 2), np.int32))
-        self.bands = kernels.TextureBands(
-            zeros((kernels.BANDS, rows, columns), np.int16), zeros((rows, columns), np.uint16),
-            zeros((rows, 2), np.int64))
-        self._totals = zeros((MOST_PARTS, kernels.BANDS, 2), np.int64)
+        self.bands = plain_texture.TextureBands(
+            zeros((plain_texture.BANDS, rows, columns), np.int16),
+            zeros((rows, columns), np.uint16), zeros((rows, 2), np.int64))
+        self._totals = zeros((MOST_PARTS, plain_texture.BANDS, 2), np.int64)
 
     def mark(self, first, last):
         """Mark the plain pixels of some rows, once all of the half-size view is read."""
-        plain_masks.plain_mask(self.half.luminance, self.half.columns, BURNT << 8,
-                               int(64 * PLAIN_STEP), tuple(self.plain), first, last)
+        plain_texture.plain_mask(self.half.luminance, self.half.columns, BURNT << 8,
+                                 int(64 * PLAIN_STEP), tuple(self.plain), first, last)
 
     def split(self, existing, band):
         """
@@ -75,7 +75,7 @@ class Texture:
 
         The rows that it depends on are marked; existing: the columns of the view that exist
         """
-        kernels.split(
+        plain_texture.split(
             self.view.luminance, tuple(self.plain), self._offset, existing, tuple(self.bands),
             self._totals[band[0]], *band[1:])
 
@@ -83,7 +83,7 @@ class Texture:
         """Quantise a band of rows, once all are split; sums: of their sizes and counts."""
         clips = np.array([max(CLIP * size // max(count, 1), LEAST_CLIP)
                           for size, count in sums], np.int64)
-        kernels.quantise(self.bands.values, self.bands.written, clips, *band[1:])
+        plain_texture.quantise(self.bands.values, self.bands.written, clips, *band[1:])
 
     def sums(self):
         """Return sizes and counts of each band of texture: [[int, int]]."""
@@ -112,7 +112,7 @@ class Election(NamedTuple):
     deviations: np.ndarray   # float64 (regions, labels)
     means: np.ndarray        # float64 (regions,), of the deviations
     valid: np.ndarray        # bool (regions, labels), visible often enough
-    spreads: np.ndarray      # float64 (regions, kernels.BANDS), deviations of each band
+    spreads: np.ndarray      # float64 (regions, plain_texture.BANDS), deviations of each band
     best: np.ndarray         # int64 (regions,)
     shares: np.ndarray       # float64 (regions, 2), of halves that elect it, and of splits both of
     #                          whose halves do
@@ -125,9 +125,9 @@ def elect(votes, places, labels, nearest):
     votes: a `Votes`; places: of number_cells; nearest: label from which on there is evidence
     """
     regions = len(places)
-    totals = np.zeros((regions, GROUPS, kernels.BANDS, labels), np.int32)
+    totals = np.zeros((regions, GROUPS, plain_texture.BANDS, labels), np.int32)
     squares, seen = np.zeros(totals.shape[:3], np.int64), np.zeros((regions, labels), np.int32)
-    vote_kernels.sum_groups(tuple(votes), places, totals, seen, squares)
+    kernels.sum_groups(tuple(votes), places, totals, seen, squares)
     valid = seen > VISIBLE * seen.max(1, keepdims=True)
     valid &= valid.sum(1, keepdims=True) >= LEAST_LABELS
     spreads = np.sqrt(squares.sum(1) / np.maximum(seen.sum(1, keepdims=True), 1)) + 1e-6
@@ -135,7 +135,7 @@ def elect(votes, places, labels, nearest):
     groups = np.einsum('rgbl,rb,rl->rgl', totals, 1 / spreads, scales)
     deviations, allowed = groups.sum(1), valid & (np.arange(labels) >= nearest)
     best, shares = np.where(allowed, deviations, -np.inf).argmax(1), np.zeros((regions, 2))
-    vote_kernels.elect_by_halves(groups, squares.any(2), allowed, best, AGREE, shares)
+    kernels.elect_by_halves(groups, squares.any(2), allowed, best, AGREE, shares)
     means = (deviations * valid).sum(1) / np.maximum(valid.sum(1), 1)
     return Election(deviations, means, valid, spreads, best, shares)
 
@@ -164,7 +164,7 @@ def judge(found, labels, nearest):
         curves = votes.curves[first:last, :, :labels] / election.spreads[region][:, None]
         seen = kernels.COUNTED * votes.counts[first:last, :labels].astype(np.float64)
         lead = np.zeros(last - first)
-        evidence, known, decisive, plane = vote_kernels.compare(
+        evidence, known, decisive, plane = kernels.compare(
             curves[:, 0] + curves[:, 1], seen, votes.cells[first:last],
             found.places[region] - np.int32(first), nearest, between(deviations, best), others,
             lead)
@@ -220,7 +220,7 @@ class PlainRegions:
         right = self._right
 
         def split(band):
-            right.mark(*widened(band, kernels.MEAN_REACH, len(right.plain.mask)))
+            right.mark(*widened(band, plain_texture.MEAN_REACH, len(right.plain.mask)))
             for texture, existing in zip((self._left, right), self._existing):
                 texture.split(existing, band)
         pool.each(partial(self._if_found, split), self._parts(pool), after)
@@ -281,7 +281,7 @@ class PlainRegions:
         listed = np.empty((pieces, 4), np.int32)
         kernels.list_pieces(regions, places, listed)
         votes = kernels.Votes(
-            np.zeros((cells, kernels.BANDS, self._labels), np.int16),
+            np.zeros((cells, plain_texture.BANDS, self._labels), np.int16),
             np.zeros((cells, self._labels), np.int16), np.zeros((cells, 5), np.int32))
         self._found = Found(places, starts, listed, votes, np.zeros((cells, 3)),
                             np.zeros(cells, np.uint8))

@@ -6,7 +6,7 @@ from functools import cache
 import cv2
 from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
 from fuzzy_stereo_ros.matching.bands import ThreadPool
-from fuzzy_stereo_ros.matching.kernels.planes import plain_regions as kernels
+from fuzzy_stereo_ros.matching.kernels.planes.plain_texture import COLUMNS_AROUND
 from fuzzy_stereo_ros.matching.kernels.possibility.costs import Prior
 from fuzzy_stereo_ros.matching.over_frames.pictures import NoiseEstimate
 from fuzzy_stereo_ros.matching.realtime.half_size import HalfSizeResult, SURE
@@ -184,7 +184,7 @@ def test_evidence_is_that_of_the_twin(size, min_disparity):
         masks.append(wide)
         textures.append(twins.bands(view.luminance[:view.rows + 4, :view.columns + 4], wide, clip))
         np.testing.assert_array_equal(
-            texture.bands.values[:, :, kernels.COLUMNS_AROUND:][:, :, :view.columns],
+            texture.bands.values[:, :, COLUMNS_AROUND:][:, :, :view.columns],
             textures[-1])
     numbers = twins.regions(
         plain._left.plain.mask[:, :size[1] // 2], plain._regions._least)

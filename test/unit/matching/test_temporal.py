@@ -6,19 +6,17 @@ import cv2
 from fuzzy_stereo_ros.matching.bands import ThreadPool
 from fuzzy_stereo_ros.matching.kernels.possibility.features import SLACK
 from fuzzy_stereo_ros.matching.kernels.temporal import unchanged_tiles as rules
-from fuzzy_stereo_ros.matching.kernels.temporal.both_views import (
-    ages_of_both, changes_alike, reject_pointed_at)
 from fuzzy_stereo_ros.matching.kernels.temporal.change_detection import (
     blend, compare_tiles, roughness, TILE, UNITS)
 from fuzzy_stereo_ros.matching.kernels.temporal.motion import (
-    move_ages, move_map)
-from fuzzy_stereo_ros.matching.kernels.temporal.previous_best import (
-    previous_prior, tile_strengths, trusted_cells)
+    move_ages, move_map, previous_prior, trusted_cells)
 from fuzzy_stereo_ros.matching.kernels.temporal.unchanged_tiles import (
-    add_drifts, choose_tiles, reject_drifting, tile_noises)
+    add_drifts, ages_of_both, changes_alike, choose_tiles, reject_drifting, reject_pointed_at,
+    tile_noises)
 from fuzzy_stereo_ros.matching.kernels.units import CONSISTENT
 from fuzzy_stereo_ros.matching.over_frames.averaging import Averaging, History, Motion
 from fuzzy_stereo_ros.matching.realtime.possibility import CensusPicture
+from fuzzy_stereo_ros.matching.realtime.warm_start import CUTS, tile_strengths
 from hypothesis import given, settings, strategies as st
 from made_scenes import noisy
 import numpy as np
@@ -398,10 +396,8 @@ def test_the_prior_is_where_labels_are_trusted_and_flat_with_the_strength_of_the
 
 
 @pytest.mark.parametrize('shape', [(1, 1), (1, 4), (4, 1), (9, 12)])
-@pytest.mark.parametrize('most', [1, 3])
-def test_the_previous_best_counts_more_with_age_and_not_beside_what_changed(shape, most):
+def test_the_previous_best_counts_more_with_age_and_not_beside_what_changed(shape):
     choices = np.minimum(random_map(shape, 12, 1), 2).astype(np.int8) - np.int8(1)
     ages = random_map(shape, 60, 2).astype(np.float32) / 6
-    found = np.full(shape, 9, np.uint8)
-    tile_strengths(choices, ages, most, found)
-    np.testing.assert_array_equal(found, twins.strengths(choices, ages, most))
+    np.testing.assert_array_equal(
+        tile_strengths(choices, ages), twins.strengths(choices, ages, len(CUTS)))

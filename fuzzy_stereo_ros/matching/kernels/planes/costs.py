@@ -43,13 +43,6 @@ class Supports(NamedTuple):
     masses: np.ndarray       # uint16 (R, C), their sums
 
 
-class Parent(NamedTuple):
-    """A parent of a crossover of planes."""
-
-    planes: np.ndarray       # float32 (R, 3, C), see fits.py
-    costs: np.ndarray        # int (R, C), of the matches
-
-
 @kernel
 def fill_supports(colours, by_colour, by_distance, share, supports, first, last):
     """
@@ -194,7 +187,7 @@ def fill_exchange(first, second, weights, changes):
     """
     Write the changes of cost of taking the second parent's planes: see crossover.Exchange.
 
-    first, second: of a Parent; weights: of smoothness
+    first, second: planes, and costs of their matches, int (R, C); weights: of smoothness
     """
     cells, alone, pairs = changes
     (first_planes, first_costs), (second_planes, second_costs) = first, second

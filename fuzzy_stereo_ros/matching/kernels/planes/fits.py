@@ -6,8 +6,6 @@ Planes fitted around pixels and to regions.
 A plane (a, b, c) has the disparity a x + b y + c at (x, y). Maps of planes are float32 (r, 3, c):
 a row has all its a, then all its b, then all its c, so that loops over cells work with vectors.
 """
-from typing import NamedTuple
-
 from fuzzy_stereo_ros.matching.kernels.compiled import called, inlined, kernel
 from fuzzy_stereo_ros.matching.kernels.genetic.random_numbers import below, mixed
 import numpy as np
@@ -19,15 +17,6 @@ _SAMPLES = 150       # pixels of a region, about, on which a plane is tried
 LEAST_POINTS = 6     # points that a plane is fitted to
 _FLATTEST = 4        # px^2, twice the area of three pixels that give a plane
 _STEEPEST = 2.0      # px a px
-
-
-class Neighbours(NamedTuple):
-    """The pixels around one that a plane is fitted to."""
-
-    radius: int
-    by_colour: np.ndarray    # float32 (766,), weights by the sum of differences of the channels
-    limit: np.float32        # px that they may differ by
-    growth: np.float32       # of the limit: by this share of it a pixel of distance
 
 
 @inlined
@@ -169,8 +158,8 @@ def weighted_median(disparities, selected, colours, by_colour, by_distance, resu
     """
     Give the selected pixels the median around them, weighted by colour and distance.
 
-    by_colour: float32 (766,), as of Neighbours; by_distance: float32, by rows or columns from the
-    first one around a pixel on; result: as disparities
+    by_colour: float32 (766,), weights by the sum of differences of the channels; by_distance:
+    float32, by rows or columns from the first one around a pixel on; result: as disparities
     """
     (rows, columns), radius = disparities.shape, by_distance.size // 2
     histogram = np.zeros(BINS * np.int64(disparities.max() + 2), np.float32)
@@ -202,7 +191,9 @@ def sums_around(disparities, colours, row, column, neighbours):
     Return the sums of least squares of the plane around a pixel, relative to it: float32.
 
     Of the weights, of right, down, their squares and product, disparity, and right and down times
-    disparity.
+    disparity. neighbours: the pixels that a plane is fitted to: their radius; by_colour, see
+    weighted_median; px that they may differ by, float32, and by which share of that more a pixel
+    of distance
     """
     radius, by_colour, limit, growth = neighbours
     rows, columns = disparities.shape

@@ -1,41 +1,30 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-Evidence of plain regions for disparities: faint texture of both views, correlated and summed.
+Evidence of plain regions for disparities, and the planes that it supports.
 
-One pixel of a plain wall does not determine its disparity; all of its pixels together do. Pictures
-are measured on every other row. Their texture is split into two bands by differences of binomial
-means inside the mask of plain pixels, so that edges outside the mask add nothing. The products of
-both views are summed in cells of 8 of these rows and 16 columns, for every disparity.
+One pixel of a plain wall does not determine its disparity; all of its pixels together do. The
+products of the texture of both views, see plain_texture.py, are summed in cells of 8 rows and 16
+columns, for every disparity: a curve for each cell. Sums over cells are measured in standard
+deviations as if cells were independent, so that no estimate of noise is needed. What is taken of
+them is decided in realtime/plain_regions.py.
 """
 from typing import NamedTuple
 
-from fuzzy_stereo_ros.matching.kernels.compiled import inlined, kernel
-from fuzzy_stereo_ros.matching.kernels.planes.plain_masks import NONE
-from fuzzy_stereo_ros.matching.kernels.possibility.features import MARGIN
+from fuzzy_stereo_ros.matching.kernels.addresses import median
+from fuzzy_stereo_ros.matching.kernels.compiled import called, inlined, kernel
+from fuzzy_stereo_ros.matching.kernels.planes.plain_texture import BANDS, COLUMNS_AROUND
 from fuzzy_stereo_ros.matching.kernels.simd import (
-    add, bit_and, bit_xor, equal_bits, high_product, LANES, less, load, minimum, multiply,
-    shift_left, shift_right, splat, store, subtract, total)
+    add, LANES, load, multiply, splat, store, subtract)
 from fuzzy_stereo_ros.matching.kernels.units import INVALID, VOTED
 import numpy as np
 
-COLUMNS_AROUND = 4   # columns around a picture, as far as the widest mean reaches
-BANDS = 2            # of texture: 1 to 2 px and 2 to 4 px
-LARGEST_VALUE = 11   # value of a quantised band: the sums of a cell stay below 2**15
 CELL_ROWS, CELL_COLUMNS = 8, 16  # rows (of the picture: every other one) and columns of a cell
 HALF = CELL_COLUMNS // 2      # half-size columns of a cell
 COUNTED = 4          # every COUNTED-th row is counted
-SET_PIXEL = 2**16 - 1  # value of a set pixel in a mask at full width
-MEAN_REACH = 3       # rows that the means of a row reach over, above and below
-RING = 8             # rows, at least 2 * MEAN_REACH + 1
-
-
-class TextureBands(NamedTuple):
-    """The texture of one view in bands, fine to coarse, of every other row."""
-
-    values: np.ndarray       # int16 (BANDS, r, ...), with COLUMNS_AROUND columns before the first
-    seen: np.ndarray         # uint16 (r, ...), the mask at full width, SET_PIXEL or 0
-    written: np.ndarray      # int64 (r, 2), elements of a row that may not be 0
+TILTED = 2.0         # deviations that a slant must gain
+TILTS, MOST_TILTED = (2.0, 1.0, 0.5, 0.25), 6.0  # px at the border of a region: at a time, in all
+GAIN = 0.05          # deviations that a step must gain
 
 
 class Votes(NamedTuple):
@@ -45,161 +34,6 @@ class Votes(NamedTuple):
     counts: np.ndarray       # int16 (cells, labels), candidates that are seen, in COUNTED-th rows
     cells: np.ndarray        # int32 (cells, 5): number of half-size pixels, sums of their columns,
     #                          rows and labels, and how many of these are inconsistent
-
-
-@inlined
-def _none(flags):
-    """Return whether no lane of a mask is set."""
-    return equal_bits(flags, splat(np.uint16(0))) == NONE
-
-
-@inlined
-def _widen_row(line, ends, offset, existing, wide, full):
-    """
-    Spread a row of a half-size mask over full columns from `offset` on, where they are inside.
-
-    full: int64 (2,), the first marked element of the wide row and the one behind the last
-    """
-    first = max(np.int64(ends[0]), (max(existing[0] - offset, 0) + 1) // 2)
-    last = max(min(np.int64(ends[1]), (existing[1] - offset + 1) // 2), first)
-    wide[full[0]:full[1]] = 0
-    full[0], full[1] = 2 * first + offset + COLUMNS_AROUND, 2 * last + offset + COLUMNS_AROUND
-    flags, target = line[first:last], wide[full[0]:full[1]]
-    for column in range(len(flags)):
-        flag = np.uint16(SET_PIXEL) * flags[column]
-        target[2 * column] = flag
-        target[2 * column + 1] = flag
-
-
-@inlined
-def _mean_of_row(luminance, place, stride, mask, picture, row, ends):
-    """
-    Write the binomial mean of 3 x 3 pixels of a row, a quarter, near those of a mask.
-
-    luminance: uint16, flat; place: of the pixel of element 0; mask, picture: uint16, flat; row:
-    where their row begins; ends: elements
-    """
-    for element in range(ends[0], ends[1], LANES):
-        if _none(load(mask, row + element)):
-            continue
-        sums = splat(np.uint16(2))
-        for line in range(3):
-            middle = place + (line - 1) * stride + element
-            across = shift_right(add(
-                add(shift_right(load(luminance, middle - 1), 2),
-                    shift_right(load(luminance, middle + 1), 2)),
-                shift_left(shift_right(load(luminance, middle), 2), 1)), 2)
-            sums = add(sums, shift_left(across, line & 1))
-        store(picture, row + element, shift_right(sums, 2))
-
-
-@inlined
-def _mean_of_three(picture, mask, before, row, after, result, ends):
-    """
-    Write the binomial mean of the elements of a row with those of two others, or of itself moved.
-
-    Others than those of the mask count as the element itself. picture, mask, result: uint16, flat;
-    before, row, after: where rows begin
-    """
-    for element in range(ends[0], ends[1], LANES):
-        if _none(load(mask, row + element)):
-            continue
-        here = load(picture, row + element)
-        sums = add(splat(np.uint16(2)), shift_left(here, 2))
-        for other in (before + element, after + element):
-            sums = add(sums, bit_and(subtract(load(picture, other), here), load(mask, other)))
-        store(result, row + element, shift_right(sums, 2))
-
-
-@inlined
-def _subtract_row(fine, coarse, mask, row, band, target, ends, sums):
-    """Write the difference of two means of a row inside a mask; add its size to `sums`."""
-    size = number = 0
-    for element in range(ends[0], ends[1], LANES):
-        plain = load(mask, row + element)
-        if _none(plain):
-            continue
-        difference = bit_and(subtract(load(fine, row + element), load(coarse, row + element)),
-                             plain)
-        store(band, target + element, difference)
-        size += total(minimum(difference, subtract(splat(np.uint16(0)), difference)))
-        number += total(shift_right(plain, 15))
-    sums[0] += size
-    sums[1] += number
-
-
-@kernel(allocates=True)
-def split(luminance, plain, offset, existing, texture, sums, first, last):
-    """
-    Split the texture of every other row into bands, fine to coarse, where the picture is plain.
-
-    Each is the difference of a mean of pixels and a wider one: of 3 x 3 pixels, then of a row's
-    pixels 2 apart and those of the rows above and below, then of twice as far ones.
-    luminance: uint16 (R, ...), with a margin; plain: the fields of PlainMask; offset: full column
-    of its first pixel; existing: first and last full column that exist; texture: the fields of
-    TextureBands; sums: int64 (BANDS, 2), whose sizes and counts are written
-    """
-    (mask, ends), (bands, seen, written) = plain, texture
-    rows, wide, stride = len(mask), bands.shape[2], luminance.shape[1]
-    source, target = luminance.reshape(-1), bands.view(np.uint16).reshape(-1)
-    # as many rows as the means reach over, one behind the other
-    rings = np.zeros((6, RING * wide), np.uint16)
-    flags, fine, across, medium, farther, coarse = (rings[0], rings[1], rings[2], rings[3],
-                                                    rings[4], rings[5])
-    full = np.zeros((RING, 2), np.int64)
-    sums[:] = 0
-    for newest in range(max(first - MEAN_REACH, 0), last + MEAN_REACH):
-        if newest < rows:
-            row, of_row = newest % RING * wide, full[newest % RING]
-            _widen_row(mask[newest], ends[newest], offset, existing, flags[row:row + wide], of_row)
-            _mean_of_row(source, (2 * newest + MARGIN) * stride + MARGIN - COLUMNS_AROUND, stride,
-                         flags, fine, row, of_row)
-            before, after = row - 2, row + 2
-            _mean_of_three(fine, flags, before, row, after, across, of_row)
-        near = newest - 1
-        if max(first - MEAN_REACH + 1, 0) <= near < min(last + MEAN_REACH - 1, rows):
-            row, of_row = near % RING * wide, full[near % RING]
-            before, after = max(near - 1, 0) % RING * wide, min(near + 1, rows - 1) % RING * wide
-            _mean_of_three(across, flags, before, row, after, medium, of_row)
-            before, after = row - 4, row + 4
-            _mean_of_three(medium, flags, before, row, after, farther, of_row)
-        mine = newest - MEAN_REACH
-        if first <= mine:
-            row, of_row, place = mine % RING * wide, full[mine % RING], mine * wide
-            before = (mine - 2 if mine >= 2 else mine) % RING * wide
-            after = (mine + 2 if mine + 2 < rows else mine) % RING * wide
-            _mean_of_three(farther, flags, before, row, after, coarse, of_row)
-            begin, end = written[mine]
-            seen[mine, begin:end] = 0
-            bands[:, mine, begin:end] = 0
-            begin, end = of_row
-            written[mine, 0], written[mine, 1] = begin, end
-            for element in range(begin, end):
-                seen[mine, element] = flags[row + element]
-            _subtract_row(fine, medium, flags, row, target, place, of_row, sums[0])
-            _subtract_row(medium, coarse, flags, row, target, rows * wide + place, of_row, sums[1])
-
-
-@kernel
-def quantise(bands, written, clips, first, last):
-    """
-    Scale bands so that a clip and what is beyond become LARGEST_VALUE.
-
-    bands, written: of TextureBands; clips: int64 (BANDS,), above LARGEST_VALUE
-    """
-    values = bands.view(np.uint16).reshape(-1)
-    for band in range(BANDS):
-        scale = splat(np.uint16(2 * LARGEST_VALUE * 2**15 // clips[band]))
-        for row in range(first, last):
-            start = (band * bands.shape[1] + row) * bands.shape[2]
-            for place in range(start + written[row, 0], start + written[row, 1], LANES):
-                value = load(values, place)
-                negative = less(splat(np.uint16(2**15 - 1)), value)
-                size = subtract(bit_xor(value, negative), negative)
-                size = minimum(shift_left(size, 1), splat(np.uint16(SET_PIXEL)))
-                size = shift_right(add(high_product(size, scale), splat(np.uint16(1))), 1)
-                size = minimum(size, splat(np.uint16(LARGEST_VALUE)))
-                store(values, place, subtract(bit_xor(size, negative), negative))
 
 
 @kernel
@@ -349,3 +183,239 @@ def write_certainty(pieces, sure, certainty):
     """Write into a map, uint8 (R, C), how sure each cell is: uint8 (cells,)."""
     for place, row, first, last in pieces:
         certainty[2 * row:2 * row + 2, 2 * first:2 * last] = sure[place]
+
+
+@inlined
+def _interpolated(curves, place, disparity):
+    """Return a curve of a cell at a disparity."""
+    highest = curves.shape[1] - 1
+    disparity = min(max(disparity, 0.0), highest - 0.001)
+    label = np.int64(disparity)
+    share = disparity - label
+    return (1 - share) * curves[place, label] + share * curves[place, label + 1]
+
+
+@inlined
+def _around(values, places, row, column):
+    """Return the sum over the 3 x 3 cells of a region around one."""
+    total = 0.0
+    for y in range(max(row - 1, 0), min(row + 2, places.shape[0])):
+        for x in range(max(column - 1, 0), min(column + 2, places.shape[1])):
+            if places[y, x] >= 0:
+                total += values[places[y, x]]
+    return total
+
+
+@called(allocates=True)
+def spread_around(values, places, result):
+    """Write the sums over the 3 x 3 cells of a region around each: float64 (cells,)."""
+    for row in range(places.shape[0]):
+        for column in range(places.shape[1]):
+            if places[row, column] >= 0:
+                result[places[row, column]] = _around(values, places, row, column)
+
+
+@kernel
+def sum_groups(votes, places, totals, seen, squares):
+    """
+    Sum the cells of each region by columns of cells, in as many groups as `totals` has, in turn.
+
+    votes: the fields of Votes; places: of number_cells; totals: int32 (regions, groups, BANDS,
+    labels), seen: int32 (regions, labels), squares: int64 (regions, groups, BANDS), of the sums of
+    single cells, all 0 at first
+    """
+    curves, counts, _ = votes
+    groups, labels = totals.shape[1], totals.shape[3]
+    for region in range(len(totals)):
+        for row in range(places.shape[1]):
+            for column in range(places.shape[2]):
+                place = places[region, row, column]
+                if place < 0:
+                    continue
+                mine, count = column % groups, counts[place]
+                for label in range(labels):
+                    seen[region, label] += np.int32(COUNTED) * count[label]
+                for band in range(BANDS):
+                    target, curve, square = totals[region, mine, band], curves[place, band], 0
+                    for label in range(labels):
+                        target[label] += curve[label]
+                        square += np.int64(np.int32(curve[label]) * np.int32(curve[label]))
+                    squares[region, mine, band] += square
+
+
+@kernel(allocates=True)
+def elect_by_halves(groups, filled, allowed, best, near, shares):
+    """
+    Let the halves of regions elect labels; write how many elect that of the region.
+
+    The groups of a region are split into halves in as many ways as a Hadamard matrix has other
+    rows. Splits with an empty half do not count. groups: float64 (regions, groups, labels), the
+    evidence; filled: bool (regions, groups); allowed: bool (regions, labels); best: int64
+    (regions,); near: labels by which a choice may differ; shares: float64 (regions, 2), written:
+    of halves that agree, and of splits both of whose halves do
+    """
+    number, labels = groups.shape[1:]
+    sums = np.empty((number, labels + 1))
+    for region in range(len(groups)):
+        sums[:, :labels], sums[:, labels] = groups[region], filled[region]
+        apart = 1
+        while apart < number:
+            for group in range(number):
+                if not group & apart:
+                    first, second = sums[group], sums[group + apart]
+                    for label in range(labels + 1):
+                        total, difference = (first[label] + second[label],
+                                             first[label] - second[label])
+                        first[label], second[label] = total, difference
+            apart *= 2
+        splits, shares[region] = 0, 0
+        for split in range(1, number):
+            if abs(sums[split, labels]) == sums[0, labels]:
+                continue
+            agree = 0
+            for sign in (1.0, -1.0):
+                most, choice = -np.inf, -np.inf
+                for label in range(labels):
+                    half = sums[0, label] + sign * sums[split, label]
+                    if allowed[region, label] and half > most:
+                        most, choice = half, label
+                agree += abs(choice - best[region]) <= near
+            splits += 1
+            shares[region, 0] += agree / 2
+            shares[region, 1] += agree == 2
+        shares[region] /= max(splits, 1)
+
+
+@called(allocates=True)
+def centres(cells, right, down):
+    """Write where the cells of a region lie, -1 to 1; return its centre and half its sides."""
+    x = y = pixels = 0.0
+    for place in range(right.size):
+        number, columns, rows = cells[place, :3]
+        x, y, pixels = x + columns, y + rows, pixels + number
+        right[place], down[place] = columns / number, rows / number
+    x, y = x / pixels, y / pixels
+    left, top, last, bottom = right[0], down[0], right[0], down[0]
+    for place in range(right.size):
+        left, last = min(left, right[place]), max(last, right[place])
+        top, bottom = min(top, down[place]), max(bottom, down[place])
+    wide, high = max((last - left) / 2, 1.0), max((bottom - top) / 2, 1.0)
+    for place in range(right.size):
+        right[place], down[place] = (right[place] - x) / wide, (down[place] - y) / high
+    return x, y, wide, high
+
+
+@called(allocates=True)
+def evidence_of_map(cells, places, nearest, weighted, seen, found):
+    """
+    Return the evidence for a map, in deviations from none; write the part of each cell.
+
+    The map is smoothed: each cell has the mean of the labels around it. found: float64 (cells,)
+    """
+    total = number = 0.0
+    for row in range(places.shape[0]):
+        for column in range(places.shape[1]):
+            if places[row, column] >= 0:
+                place = places[row, column]
+                label = 2 * (_around(cells[:, 3], places, row, column)
+                             / _around(cells[:, 0], places, row, column))
+                number += _interpolated(seen, place, label)
+                found[place] = 0
+                if label >= nearest - 0.5:
+                    found[place] = _interpolated(weighted, place, label)
+                total += found[place]
+    return total / np.sqrt(max(number, 1.0))
+
+
+@called(allocates=True)
+def evidence_of_plane(weighted, seen, right, down, plane, found):
+    """Return the evidence for a plane, in deviations from none; write the part of each cell."""
+    total = number = 0.0
+    for place in range(right.size):
+        disparity = plane[0] + plane[1] * right[place] + plane[2] * down[place]
+        found[place] = _interpolated(weighted, place, disparity)
+        total += found[place]
+        number += _interpolated(seen, place, disparity)
+    return total / np.sqrt(max(number, 1.0))
+
+
+@inlined
+def _changed(plane, part, step):
+    """Return a plane, one of whose numbers is changed by a step."""
+    return (plane[0] + (step if part == 0 else 0.0), plane[1] + (step if part == 1 else 0.0),
+            plane[2] + (step if part == 2 else 0.0))
+
+
+@called(allocates=True)
+def climb(weighted, seen, right, down, disparity, found):
+    """
+    Tilt a flat plane to where it has the most evidence, if it gains much.
+
+    Returns its deviations from no evidence, and the plane: the disparity at the centre, and by how
+    much it changes to the border, right and down. The part of each cell is written.
+    """
+    flat = best = disparity, 0.0, 0.0
+    evidence = level = evidence_of_plane(weighted, seen, right, down, flat, found)
+    for step in TILTS:
+        better = True
+        while better:
+            better = False
+            for way in range(6):
+                plane = _changed(best, way // 2, step if way % 2 else -step)
+                if max(abs(plane[1]), abs(plane[2])) <= MOST_TILTED:
+                    new = evidence_of_plane(weighted, seen, right, down, plane, found)
+                    if new > evidence + GAIN:
+                        best, evidence, better = plane, new, True
+    best = best if evidence >= level + TILTED else flat
+    return evidence_of_plane(weighted, seen, right, down, best, found), best
+
+
+@called(allocates=True)
+def by_chance(weighted, places, others):
+    """Return the median evidence of 3 x 3 cells at some wrong disparities, in deviations."""
+    number = len(weighted)
+    around, found = np.zeros(number), np.zeros(max(others.size, 1))
+    for sample in range(others.size):
+        spread_around(weighted[:, others[sample]], places, around)
+        mean = square = 0.0
+        for place in range(number):
+            mean += around[place]
+        mean /= number
+        for place in range(number):
+            square += (around[place] - mean)**2
+        found[sample] = np.sqrt(square / number)
+    return median(found, others.size) + 1e-6
+
+
+@kernel(allocates=True)
+def compare(weighted, seen, cells, places, nearest, disparity, others, lead):
+    """
+    Tilt the plane of a region to where it has the most evidence, and compare it with the map.
+
+    Returns the evidence for the plane and for the map, in deviations; how decisive 3 x 3 cells
+    are: the mean evidence of the plane there, in those of wrong disparities; and the plane, of
+    half-size x and y and full disparity.
+    weighted, seen: float64 (cells, labels), the curves in deviations, and counts; cells: of Votes;
+    places: int32 (cell rows, cell columns), numbers of the region's cells, below 0 for none;
+    nearest: the label from which on there is evidence; disparity: with the most of it; others:
+    int64, wrong disparities; lead: float64 (cells,), written, by how much the evidence for the
+    plane in 3 x 3 cells exceeds that of the map, in those of wrong disparities
+    """
+    number = len(weighted)
+    right, down, of_map, of_plane = (np.zeros(number), np.zeros(number), np.zeros(number),
+                                     np.zeros(number))
+    x, y, wide, high = centres(cells, right, down)
+    evidence, (level, slope, fall) = climb(weighted, seen, right, down, disparity, of_plane)
+    known = evidence_of_map(cells, places, nearest, weighted, seen, of_map)
+    slope, fall = slope / wide, fall / high
+    usual = by_chance(weighted, places, others)
+    spread_around(of_plane, places, lead)
+    total = pixels = 0.0
+    for place in range(number):
+        total += lead[place] * cells[place, 0]
+        pixels += cells[place, 0]
+        of_plane[place] -= of_map[place]
+    spread_around(of_plane, places, lead)
+    for place in range(number):
+        lead[place] /= usual
+    return evidence, known, total / pixels / usual, (slope, fall, level - slope * x - fall * y)

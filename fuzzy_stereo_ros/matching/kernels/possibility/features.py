@@ -167,10 +167,10 @@ def census(luminance, denoised, least_step, mirrored, columns, codes, first, las
     """
     Compare each of the 24 neighbours in 5 x 5 with the centre: a bit each, set where darker.
 
-    luminance, denoised: uint16, padded, in which the nearest eight and the others are compared;
-    least_step: of luminance, more than which a neighbour must be darker;
-    codes: uint8 (R, 3, stride), a byte plane for eight neighbours, the nearest ones first; behind
-    the columns of a mirrored image its last code is repeated.
+    luminance, denoised: in which the nearest eight and the others are compared; least_step: of
+    luminance, more than which a neighbour must be darker; codes: uint8 (R, 3, stride), a byte
+    plane for eight neighbours, the nearest ones first; behind the columns of a mirrored image its
+    last code is repeated
     """
     near, far, target = luminance.reshape(-1), denoised.reshape(-1), codes.reshape(-1)
     luminance_stride, stride = luminance.shape[1], codes.shape[2]

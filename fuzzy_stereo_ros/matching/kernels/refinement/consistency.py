@@ -1,12 +1,13 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Which pixels to reject: left-right consistency and small components (speckles)."""
+"""Which pixels to reject: inconsistent ones, speckles, and those of which nothing is seen."""
 from fuzzy_stereo_ros.matching.kernels.compiled import called, inlined, kernel
+from fuzzy_stereo_ros.matching.kernels.possibility.features import MARGIN, SLACK
 from fuzzy_stereo_ros.matching.kernels.simd import (
     absolute_difference, equal_bits, first_set, LANES, load, saturating_subtract, splat,
     splat_like)
 from fuzzy_stereo_ros.matching.kernels.union_find import join
-from fuzzy_stereo_ros.matching.kernels.units import CONSISTENT, INVALID, OUTSIDE
+from fuzzy_stereo_ros.matching.kernels.units import CONSISTENT, INVALID, OUTSIDE, VOTED
 import numpy as np
 
 
@@ -15,10 +16,8 @@ def check_consistency(labels, target, disparities, target_range, validity, first
     """
     Compare the label of each pixel with that of the target pixel that it points at.
 
-    labels: uint8 or uint16 (R, C); target: uint8 (R, extra + C), labels modulo 256, from column
-    -extra on; target_range: the first and the last column of the (moved) target that exist;
-    validity: uint8 (R, C), CONSISTENT, OUTSIDE (points beyond the target image, cannot be checked)
-    or INVALID.
+    target: uint8 (R, extra + C), labels modulo 256, from column -extra on; validity: CONSISTENT,
+    OUTSIDE (points beyond the target image, cannot be checked) or INVALID
     """
     columns = labels.shape[1]
     extra = target.shape[1] - columns
@@ -41,8 +40,8 @@ def compare_views(disparities, others, lowest, most, validity, first, last):
     """
     Compare each pixel with the pixel of the other view that it points at.
 
-    disparities: float32 (R, C), px from `lowest`; others: likewise, of the mirrored other view;
-    most: px by which they may differ; validity: uint8 (R, C), written
+    disparities: px from `lowest`; others: likewise, of the mirrored other view; most: px by which
+    they may differ
     """
     columns = disparities.shape[1]
     for row in range(first, last):
@@ -86,11 +85,7 @@ def reject_nearer(disparity, confidence, highest, counts, first, last):
 
 @kernel
 def reject_changed(labels, genes, validity, final_validity, first, last):
-    """
-    Copy the validity, and invalidate cells whose gene changed by more than one label.
-
-    labels, genes: (R, C); validity, final_validity: uint8 (R, C). A step of one is no change.
-    """
+    """Copy the validity, and invalidate cells whose gene changed by more than one label."""
     for row in range(first, last):
         for column in range(labels.shape[1]):
             away = abs(np.int32(labels[row, column]) - np.int32(genes[row, column]))
@@ -219,3 +214,78 @@ def reject_small(validity, smallest, runs, first, last):
             top = parent[top]
         if size[top] < smallest:
             validity[begin[run]:end[run]] = INVALID
+
+
+BLOCK = 4       # half-size pixels of a side of the blocks
+DARK, BRIGHT = 1, 2     # ends at which a pixel is clipped
+DARKEST, BRIGHTEST = 0, 254 * 256   # luminance up to and from which it is
+SUMS = 6        # of a block: pixels, left, right, left squared, right squared, left times right
+
+
+@kernel
+def sum_blocks(labels, left, right, shift, sums, clipped, first, last):
+    """
+    Add up the luminance of both views at half size in blocks of pixels, as a map matches them.
+
+    left, right: luminance, the right one mirrored; shift: columns to the right, at full size, by
+    which the right one is not moved yet; sums: float64 (SUMS, block rows, block columns), exact;
+    clipped: uint8 (r, c), DARK, BRIGHT, both or 0, of either of the two pixels; first, last: rows
+    of blocks
+    """
+    (rows, columns), width = clipped.shape, right.shape[1] - 2 * MARGIN - SLACK
+    for block_row in range(first, last):
+        sums[:, block_row] = 0
+        for row in range(BLOCK * block_row, min(BLOCK * (block_row + 1), rows)):
+            line, other = left[row + MARGIN, MARGIN:], right[row + MARGIN, MARGIN:]
+            genes, marks = labels[2 * row], clipped[row]
+            for block in range(sums.shape[2]):
+                lefts = rights = squares = right_squares = products = np.int64(0)
+                end = min(BLOCK * (block + 1), columns)
+                for column in range(BLOCK * block, end):
+                    away = (np.int64(genes[2 * column]) + shift + 1) >> 1
+                    pointed = min(max(columns - 1 - column + away, 0), width - 1)
+                    here, there = np.int64(line[column]), np.int64(other[pointed])
+                    marks[column] = (DARK * (min(here, there) <= DARKEST)
+                                     | BRIGHT * (max(here, there) >= BRIGHTEST))
+                    lefts += here
+                    rights += there
+                    squares += here * here
+                    right_squares += there * there
+                    products += here * there
+                sums[0, block_row, block] += end - BLOCK * block
+                sums[1, block_row, block] += lefts
+                sums[2, block_row, block] += rights
+                sums[3, block_row, block] += squares
+                sums[4, block_row, block] += right_squares
+                sums[5, block_row, block] += products
+
+
+@kernel(allocates=True)
+def reject_unseen(seen, clipped, weights, validity, first, last):
+    """
+    Reject the matches of some rows of which the pair shows nothing.
+
+    seen: uint8 (block rows, block columns), not 0 where the views agree; clipped: see sum_blocks,
+    of which a match is rejected whose 3 x 3 pixels are all clipped at one end; weights: uint8
+    (R, C), VOTED where a whole region is the evidence
+    """
+    rows, columns = clipped.shape
+    blind = np.zeros(columns + 2, np.uint8)
+    unseen = np.empty(max(validity.shape[1], 2 * columns), np.uint8)
+    for row in range(first, last):
+        half = min(row // 2, rows - 1)
+        above, here, below = (clipped[max(half - 1, 0)], clipped[half],
+                              clipped[min(half + 1, rows - 1)])
+        blocks, line, of_prior = seen[half // BLOCK], validity[row], weights[row]
+        for place in range(columns):
+            blind[place + 1] = above[place] & here[place] & below[place]
+        blind[0], blind[columns + 1] = blind[1], blind[columns]
+        for place in range(columns):
+            unseen[2 * place] = unseen[2 * place + 1] = (
+                (blind[place] & blind[place + 1] & blind[place + 2] != 0)
+                | (blocks[place // BLOCK] == 0))
+        unseen[2 * columns:] = unseen[2 * columns - 1]
+        for column in range(line.size):
+            rejected = ((line[column] == CONSISTENT) & (of_prior[column] != VOTED)
+                        & (unseen[column] != 0))
+            line[column] = INVALID if rejected else line[column]

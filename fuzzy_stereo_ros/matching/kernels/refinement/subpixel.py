@@ -22,8 +22,8 @@ def fit(labels, offsets, validity, fitted, first, last):
     """
     Write the fitted disparities of the pixels not rejected, far out of reach for the others.
 
-    labels: uint8 or uint16 (R, C); offsets: int8 (R, C); fitted: int16 or int32
-    (R, C + 4 + 32), 1 / STEPS px, with a margin of RADIUS columns and slack behind.
+    fitted: int16 or int32 (R, C + 4 + 32), 1 / STEPS px, with a margin of RADIUS columns and slack
+    behind
     """
     rows, columns = labels.shape
     for row in range(first, last):
@@ -40,9 +40,9 @@ def smooth_offsets(final, fitted, total, count, fine, agreeing, first, last):
     """
     Average over 5 x 5 pixels the fitted disparities that are within one pixel of the final label.
 
-    final: uint8 or uint16 (R, C), labels after refinement; total, count: (C + 32,) of the dtype of
-    fitted, working memory; fitted: (R, C + 4 + 32); fine: (R, C + 32) of that dtype, 1 / STEPS px;
-    agreeing: uint8 (R, C), the number of fitted disparities, 1 at the least.
+    final: labels after refinement; total, count: (C + 32,) of the dtype of fitted, working memory;
+    fine: (R, C + 32) of that dtype, 1 / STEPS px; agreeing: uint8 (R, C), the number of fitted
+    disparities, 1 at the least
     """
     rows, columns = final.shape
     source, target = fitted.reshape(-1), fine.reshape(-1)
@@ -97,9 +97,9 @@ def certainty(sums, margins, half, validity, certain, first, last):
     The margin counts up to three times that of the half-size search, less what chance gives: in
     that no previous frame and no choice of labels has part.
 
-    sums, margins: uint8 (R, C), the summed cost of the label and how much worse the best label
-    elsewhere is; half: margins (r, c) of the half-size search, and the weights of its prior,
-    uint8 (R, C); certain: uint16 (R, C), 0 to CERTAIN, 0 where not consistent.
+    sums: uint8 (R, C), the summed cost of the label; half: margins (r, c) of the half-size search,
+    and the weights of its prior, uint8 (R, C); certain: uint16 (R, C), 0 to CERTAIN, 0 where not
+    consistent
     """
     half_margins, weights = half
     columns, half_columns = sums.shape[1], half_margins.shape[1]
@@ -131,8 +131,8 @@ def write_out(fitted, validity, certain, limits, bounds, disparity, confidence, 
 
     A disparity that few neighbours found has less confidence: the surface ends there.
 
-    fitted: `fine` and `agreeing` of smooth_offsets; validity: uint8 (R, C); certain: int32 (R, C),
-    certainties summed over the pixels around; limits: uint8 (R, C), of the confidence, in 1 / 255;
+    fitted: `fine` and `agreeing` of smooth_offsets; certain: int32 (R, C), certainties summed over
+    the pixels around; limits: uint8 (R, C), of the confidence, in 1 / 255;
     bounds: lowest and highest disparity, px, and the confidence below which pixels are NaN, all
     float32; disparity, confidence: float32 (R, C), written.
     What is not consistent, points outside of the target, or has no certain pixel around, has

@@ -5,8 +5,6 @@ Compare the tiles of a picture with the previous one, and average the unchanged 
 
 Differences are taken in 1 / 32 grey level of 8 bits, so that sums of four fit 16 bits.
 """
-from typing import NamedTuple
-
 from fuzzy_stereo_ros.matching.kernels.compiled import called, inlined, kernel
 from fuzzy_stereo_ros.matching.kernels.possibility.features import MARGIN
 from fuzzy_stereo_ros.matching.kernels.rows import copy_row, pad_row
@@ -37,8 +35,8 @@ def compare_tiles(now, before, down, right, differences, first, last):
     """
     Measure how tiles of a picture differ from the picture before, moved down and to the right.
 
-    now: uint16 (R + 4, C + 4 + slack), padded; before: uint16 (R, C); differences: float32
-    (MEASURES, tile rows, tile columns), of which the tile rows first .. last are written:
+    differences: float32 (MEASURES, tile rows, tile columns), of which the tile rows first .. last
+    are written:
 
     SIZE: the mean absolute difference of pixels, grey levels; infinite for tiles that show nothing
     of the picture before
@@ -162,8 +160,8 @@ def roughness(luminance, columns, rough, first, last):
     """
     Measure the second differences along the rows of each tile; a row in four is read.
 
-    luminance: uint16, padded; rough: float32 (tile rows, tile columns), their mean size in grey
-    levels, from noise and texture.
+    rough: float32, by tile, their mean size in grey levels, from noise and texture; first, last:
+    tile rows
     """
     rows = luminance.shape[0] - 2 * MARGIN
     totals = np.zeros(columns + TILE, np.int32)
@@ -185,22 +183,14 @@ def roughness(luminance, columns, rough, first, last):
             rough[tile_row, tile] = np.float32(total) / np.float32(256 * number)
 
 
-class AveragedTiles(NamedTuple):
-    """How the tiles of a picture are averaged with the one before: (tile rows, tile columns)."""
-
-    choices: np.ndarray  # int8, index of the tile's shift, < 0 where it is not averaged
-    ages: np.ndarray     # float32, number of frames in the new average
-    limits: np.ndarray   # float32, grey levels: larger differences of a pixel count as this one
-
-
 @kernel(allocates=True)
 def blend(picture, before, shifts, tiles, after, first, last):
     """
     Average a picture with the one before, tile by tile, and write a copy of the result.
 
-    picture: luminance, uint16, padded, changed with its padding, and grey, uint8 (R, C + slack),
-    luminance / 256; before, after: uint16 (R, C); shifts: int64 (N, 2), down and right; tiles: the
-    fields of AveragedTiles.
+    picture: luminance, changed with its padding, and grey, uint8 (R, C + slack), luminance / 256;
+    after: as before; tiles: choices, new ages, and limits, float32, grey levels: larger
+    differences of a pixel count as this one; first, last: tile rows
     """
     (luminance, grey), (choices, ages, limits) = picture, tiles
     rows, columns = before.shape

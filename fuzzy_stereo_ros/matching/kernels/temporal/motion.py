@@ -1,10 +1,11 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Estimate how the picture moved as a whole, and move maps with it."""
+"""How the picture moved as a whole; the previous best, and where it is still trusted."""
 from fuzzy_stereo_ros.matching.kernels.compiled import called, kernel
 from fuzzy_stereo_ros.matching.kernels.possibility.features import MARGIN
 from fuzzy_stereo_ros.matching.kernels.rows import copy_row
 from fuzzy_stereo_ros.matching.kernels.temporal.change_detection import TILE
+from fuzzy_stereo_ros.matching.kernels.units import CONSISTENT
 import numpy as np
 
 
@@ -31,8 +32,8 @@ def best_shift(now, before, down, right, reach, every):
     """
     Return the shift, at most `reach` from a known one in both directions, that fits best.
 
-    now: uint16, padded; before: uint16 (R, C). Every `every`-th row is read. Among equally good
-    shifts the known one is preferred, then the first.
+    Every `every`-th row is read. Among equally good shifts the known one is preferred, then the
+    first.
     """
     best, least = (down, right), _mismatch(now, before, down, right, every)
     for more_down in range(-reach, reach + 1):
@@ -88,8 +89,7 @@ def move_map(source, choices, down, right, outside, result, first, last):
     """
     Move a map (R, C) down and right, except in tiles that stayed in place.
 
-    choices: int8 (tile rows, tile columns), 0 where a tile stayed; outside: value of pixels from
-    beyond the border; the tile rows first to last - 1 are written.
+    outside: value of pixels from beyond the border; first, last: tile rows
     """
     rows, columns = source.shape
     begin = min(max(right, 0), columns)
@@ -109,3 +109,47 @@ def move_map(source, choices, down, right, outside, result, first, last):
                 tile += 1
             if choice == 0:
                 copy_row(source[row, run * TILE:tile * TILE], line[run * TILE:tile * TILE])
+
+
+@kernel
+def trusted_cells(labels, validity, half, distance, half_labels, trusted, first, last):
+    """
+    Mark the half-size pixels where the previous best is trusted.
+
+    labels, validity: of the previous best; half: (r, c), labels of this frame's half map;
+    half_labels: (r, c), written, the previous best on the half grid; trusted: uint8 (r, c), 1
+    where it was consistent and is within `distance` of the half map; first, last: half rows
+    """
+    for row in range(first, last):
+        line, was, seen = labels[2 * row], validity[2 * row], half[row]
+        found, marks = half_labels[row], trusted[row]
+        for column in range(half.shape[1]):
+            label = line[2 * column]
+            found[column] = label
+            apart = abs(2 * np.int32(seen[column]) - np.int32(label))
+            marks[column] = (apart <= distance) & (was[2 * column] == CONSISTENT)
+
+
+@kernel(allocates=True)
+def previous_prior(trusted, smooth, strengths, weights, first, last):
+    """
+    Write the weights of the prior, uint8 (R, C).
+
+    trusted, smooth: uint8 (r, c); strengths: uint8, by tile, the weight where both are 1; first,
+    last: tile rows
+    """
+    rows, columns = trusted.shape
+    half_tile = TILE // 2
+    strength = np.zeros(columns + half_tile, np.uint8)
+    for row in range(first * TILE, min(last * TILE, weights.shape[0])):
+        if row % TILE == 0:
+            for column in range(columns):
+                strength[column] = strengths[row // TILE, column // half_tile]
+        source = min(row // 2, rows - 1)
+        one, other, line = trusted[source], smooth[source], weights[row]
+        for column in range(columns):
+            weight = one[column] * other[column] * strength[column]
+            line[2 * column] = weight
+            line[2 * column + 1] = weight
+        if weights.shape[1] > 2 * columns:
+            line[2 * columns] = line[2 * columns - 1]

@@ -55,8 +55,8 @@ def move_labels(labels, motion, moved):
     """
     Move each cell to its place in the other frame; where several meet, the nearest one stays.
 
-    labels: float32 (r, c); motion: the fields of a Motion from cells to cells; moved: written, with
-    NO_LABEL where no cell moved to
+    labels: float32 (r, c); motion: from cells to cells; moved: written, with NO_LABEL where no
+    cell moved to
     """
     matrix, lowest = motion
     found, source = moved
@@ -107,10 +107,10 @@ def census_distances(moved, half, motion, census, distances, first, last):
     """
     Write the census distance between each cell and the place of its point in the previous frame.
 
-    The place is computed as if the point stood still. moved: float32 (r, c), moved labels; half: (r, c), labels
-    of the half map; motion: the fields of a Motion from cells now to pixels before; census: now
-    and before, uint32 (R, C), of pack_census; distances: uint8 (2, r, c), by the moved label, and
-    by that of the half map, of which near ones count as equal.
+    The place is computed as if the point stood still. moved: float32 (r, c), moved labels; half:
+    (r, c), labels of the half map; motion: from cells now to pixels before; census: now and
+    before, uint32 (R, C), of pack_census; distances: uint8 (2, r, c), by the moved label, and by
+    that of the half map, of which near ones count as equal.
     """
     motion, (now, before) = Motion(*motion), census
     rows, columns = before.shape
@@ -138,9 +138,9 @@ def trusted_moved(moved, before, half, distances, weights, first, last):
     """
     Write the weight of the moved map in the prior of each cell: 0, or that of where it came from.
 
-    before: uint8 (r, c), weights of the cells of the previous frame;
-    half: (r, c), labels of the half map; distances: uint16 (2, r, c), summed, of the moved map and
-    of the half map; weights: uint8 (r, c), written.
+    before: uint8 (r, c), weights of the cells of the previous frame; half: (r, c), labels of the
+    half map; distances: uint16 (2, r, c), summed, of the moved map and of the half map; weights:
+    uint8 (r, c), written.
     """
     (labels, source), flat = moved, before.reshape(-1)
     rows, columns = labels.shape
@@ -204,9 +204,9 @@ def note_survivors(labels, moved, weights, survived, survived_now, first, last):
     """
     Write how many frames the labels of this frame, on the half grid, survived.
 
-    labels: float32 (r, c); weights: of trusted_moved, of this
-    frame; survived: uint8 (r, c), of the one before; survived_now: uint8 (r, c), 0 where the
-    search did not rely on the moved label, or chose another.
+    labels: float32 (r, c); weights: of trusted_moved; survived: uint8 (r, c), of the frame before;
+    survived_now: uint8 (r, c), 0 where the search did not rely on the moved label, or chose
+    another.
     """
     (moved_labels, source), flat_survived = moved, survived.reshape(-1)
     for row in range(first, last):
@@ -244,8 +244,8 @@ def look_back(labels, motion, shift, of_right, places, first, last):
     """
     Write the pixel of the previous frame that showed the point at each cell's centre.
 
-    labels: float32 (r, c), as the left or the right image sees them; motion: the fields of a
-    Motion from centres of cells of the left image to its pixels before; shift: as of to_right;
+    labels: float32 (r, c), as the left or the right image sees them; motion: from centres of cells
+    of the left image to its pixels before; shift: as of to_right;
     places: float32 (2, r, c), columns and rows, px, outside the image where it is not known.
     """
     matrix, lowest = motion
@@ -268,8 +268,7 @@ def origins_of_tiles(choices, down, right, origins):
     """
     Write where each cell was, row * columns + column, or NEW.
 
-    choices: int8 (tile rows, tile columns), 0 where a tile stayed, 1 where it moved down and to
-    the right, below 0 where it changed; origins: int32 (R, C)
+    choices: 1 where a tile moved down and to the right; origins: int32 (R, C)
     """
     rows, columns = origins.shape
     for row in range(rows):
