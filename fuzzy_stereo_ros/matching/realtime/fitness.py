@@ -24,7 +24,7 @@ class CensusFitness:
         self._shape, self._possibility = validity.shape, possibility
         self._scene = (*((view.census, view.slopes) for view in (
             possibility.left, possibility.right)), (validity, target, possibility.target_range[0]))
-        self._costs, self._sample = zeros((2, validity.size), np.uint8), self._cells(SAMPLE_STEP)
+        self._costs = zeros(validity.shape, np.uint8)
         self._exchange = Exchange(*self._shape, neighbours=4)
 
     @property
@@ -39,20 +39,18 @@ class CensusFitness:
         pool: a ThreadPool, or a Chain, which writes it; every: row step of the sample; gains of
         crossover are exact; after: a stage of the chain, see `Chain.each`
         """
-        (rows, columns), costs = self._shape, self._costs[0]
-        cells = self._sample if every == SAMPLE_STEP else self._cells(every)
-        bands = pool.parts(rows)
+        (rows, columns), costs = self._shape, self._costs
+        bands, number = pool.parts(rows), -(-rows // every) * columns
         totals, fitness = np.zeros(len(bands), np.int64), np.zeros(1)
 
         def measure_band(band):
             first, last = (-(-row // every) for row in band[1:])
-            part = slice(first * columns, last * columns)
-            gene_cost.gene_costs(*self._scene, chromosome, cells[part], costs[part])
+            gene_cost.gene_costs(*self._scene, chromosome, every, costs, first, last)
             totals[band[0]] = gene_cost.row_costs(
                 *self._possibility.penalties, chromosome, costs, every, first, last)
 
         def sum_up(totals):
-            fitness[0] = 1 - totals.sum() / (self.largest_cost * cells.size)
+            fitness[0] = 1 - totals.sum() / (self.largest_cost * number)
         pool.each(measure_band, bands, after)
         pool.each(sum_up, [totals])
         return fitness
@@ -67,12 +65,8 @@ class CensusFitness:
         exchange.set_size(differing_cells(first, second, exchange.all_cells))
 
         def change(part):
-            part = slice(*part[1:])
-            cells, alone, _ = changes = exchange.changes(part)
-            old, new = self._costs[:, part]
-            gene_cost.gene_costs(*self._scene, first, cells, old)
-            gene_cost.gene_costs(*self._scene, second, cells, new)
-            np.subtract(new, old, out=alone, dtype=np.int32)
+            changes = exchange.changes(slice(*part[1:]))
+            gene_cost.match_changes(*self._scene, first, second, *changes[:2])
             gene_cost.add_jump_changes(*self._possibility.penalties, first, second, changes)
         pool.each(change, pool.parts(exchange.cells.size))
         cost = crossover(exchange, random)
@@ -87,15 +81,7 @@ class CensusFitness:
 
         chromosome: (R, C) labels; possibility: float32 (R, C), 0 to 1
         """
-        cells, costs = self._cells(), np.empty(self._costs.shape[1], np.uint8)
-
-        def measure(part):
-            part = slice(*part[1:])
-            gene_cost.gene_costs(*self._scene, chromosome, cells[part], costs[part])
-        pool.each(measure, pool.parts(cells.size))
-        return (1 - costs / np.float32(self.largest_cost)).reshape(self._shape)
-
-    def _cells(self, every=1):
-        """Return the cells of every `every`-th row: int32 (n,)."""
-        cells = np.arange(np.prod(self._shape), dtype=np.int32)
-        return cells.reshape(self._shape)[::every].reshape(-1)
+        costs = np.empty_like(self._costs)
+        pool.each(lambda band: gene_cost.gene_costs(
+            *self._scene, chromosome, 1, costs, *band[1:]), pool.parts(len(costs)))
+        return 1 - costs / np.float32(self.largest_cost)

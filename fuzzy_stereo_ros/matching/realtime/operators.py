@@ -8,6 +8,7 @@ plain walls, whose matches are ambiguous: a region of similar grey takes the pla
 of its consistent matches, as the segments of `quality` do (Bleyer and Gelautz, 2005). Crossover
 with the mutant takes the regions that are fitter.
 """
+from bisect import bisect_left
 from itertools import pairwise
 
 from fuzzy_stereo_ros.matching.arrays import zeros
@@ -95,28 +96,15 @@ class GreyRegions:
         return pool.each(join, [np.array([first for _, first, _ in bands])])
 
 
-class PointsOfRegions:
+def parts_of_regions(starts):
     """
-    How matches of regions are chosen as points: one of `every`, evenly spread, few of each region.
+    Return PARTS parts of regions as (first, last), for threads, of about as many points each.
 
-    counts: int32 (bands, regions), matches of each region in each band of rows; every: int32
-    (regions,); starts: int32 (regions + 1,), the first point of each region and the one behind
-    all; places: int32 as counts, where the first point of each band goes; waited: as many matches
-    were passed since the last point; parts: PARTS parts of regions as (first, last), for threads,
-    of about as many points each
+    starts: int32 (n + 1,), the first point of each region and the one behind all
     """
-
-    def __init__(self, counts, most=MOST_POINTS):
-        """Choose points; most: of a region."""
-        total, before = counts.sum(axis=0), np.cumsum(counts, axis=0, dtype=np.int32) - counts
-        every = np.maximum(-(-total // most), 1)
-        self.every = every.astype(np.int32)
-        self.starts = np.append(0, np.cumsum(total // every)).astype(np.int32)
-        self.places, self.waited = np.divmod(before, self.every)
-        self.places += self.starts[:-1]
-        edges = np.searchsorted(
-            self.starts, self.starts[-1] * np.arange(PARTS) / PARTS).tolist()
-        self.parts = list(pairwise([*edges, len(every)]))
+    starts = starts.tolist()
+    edges = [bisect_left(starts, starts[-1] * part / PARTS) for part in range(PARTS)]
+    return list(pairwise([*edges, len(starts) - 1]))
 
 
 class WeakRegions:
@@ -132,7 +120,8 @@ class WeakRegions:
         rows, columns = possibility.rows // 2, possibility.columns // 2
         self._regions = GreyRegions(rows, columns, LIKENESS, LEAST_REGION)
         most = rows * columns // LEAST_REGION
-        self._counts = zeros((MOST_PARTS, most), np.int32)
+        self._counts, self._places = (zeros((MOST_PARTS, most), np.int32) for _ in range(2))
+        self._every, self._starts = zeros(most, np.int32), zeros(most + 1, np.int32)
         self._points = zeros((3, rows * columns), np.float32)
         self._planes = zeros((most, 3), np.float32)
         self.mutant = zeros((possibility.rows, possibility.columns), labels_type)
@@ -169,18 +158,21 @@ class WeakRegions:
             segments.count_matches(regions, validity, self._counts[band[0], :self._regions.number],
                                    band[1] // 2, band[2] // 2)
 
-        def choose(bands):
-            self._chosen = PointsOfRegions(self._counts[:bands, :self._regions.number])
+        def place(bands):
+            number = self._regions.number
+            starts = self._starts[:number + 1]
+            segments.place_points(MOST_POINTS, self._counts[:bands, :number],
+                                  self._every[:number], self._places, starts)
+            self._parts = parts_of_regions(starts)
 
         def gather(band):
-            points, (index, first, last) = self._chosen, band
-            segments.gather_points(regions, points.every, points.waited[index],
-                                   points.places[index], matches, self._points, first // 2,
-                                   last // 2)
+            index, first, last = band
+            segments.gather_points(regions, self._every, self._counts[index], self._places[index],
+                                   matches, self._points, first // 2, last // 2)
 
         def fit(part):
-            segments.fit_planes(self._points, self._chosen.starts, key, self._planes,
-                                *self._chosen.parts[part])
+            segments.fit_planes(
+                self._points, self._starts, key, self._planes, *self._parts[part])
 
         def write(band):
             _, first, last = band
@@ -189,7 +181,7 @@ class WeakRegions:
                 regions, self._planes, self._possibility.disparities,
                 self._possibility.target_range, self.mutant, first // 2, last // 2)
         chain.each(count, bands, after)
-        chain.each(choose, [len(bands)])
+        chain.each(place, [len(bands)])
         chain.each(gather, bands)
         chain.each(fit, range(PARTS))
         chain.each(write, chain.parts(len(parent), 2))

@@ -94,13 +94,15 @@ class Found(NamedTuple):
     """
     The plain regions of a pair.
 
-    places, starts: of number_cells; pieces: of list_pieces; votes: a `Votes`; planes: float64
-    (cells, 3), see write_planes; certainty: uint8 (cells,), of the map, or of the plane taken
+    places, starts: of number_cells; pieces, begins: of list_pieces; votes: a `Votes`; planes:
+    float64 (cells, 3), see write_planes; certainty: uint8 (cells,), of the map, or of the plane
+    taken
     """
 
     places: np.ndarray
     starts: np.ndarray
     pieces: np.ndarray
+    begins: np.ndarray
     votes: kernels.Votes
     planes: np.ndarray
     certainty: np.ndarray
@@ -257,8 +259,8 @@ class PlainRegions:
 
     def _pieces(self, band):
         """Return the pieces of the regions found in a band of rows."""
-        pieces = self._found.pieces
-        return pieces[slice(*np.searchsorted(pieces[:, 1], band[1:]))]
+        first, last = (self._found.begins[-(-row // kernels.CELL_ROWS)] for row in band[1:])
+        return self._found.pieces[first:last]
 
     def _if_found(self, work, item):
         """Call work(item) if the pair has plain regions."""
@@ -278,10 +280,10 @@ class PlainRegions:
             return
         places, starts = np.empty((number, *sides), np.int32), np.zeros(number + 1, np.int32)
         cells, pieces = kernels.number_cells(regions, places, starts)
-        listed = np.empty((pieces, 4), np.int32)
-        kernels.list_pieces(regions, places, listed)
+        listed, begins = np.empty((pieces, 4), np.int32), np.zeros(sides[0] + 1, np.int64)
+        kernels.list_pieces(regions, places, listed, begins)
         votes = kernels.Votes(
             np.zeros((cells, plain_texture.BANDS, self._labels), np.int16),
             np.zeros((cells, self._labels), np.int16), np.zeros((cells, 5), np.int32))
-        self._found = Found(places, starts, listed, votes, np.zeros((cells, 3)),
+        self._found = Found(places, starts, listed, begins, votes, np.zeros((cells, 3)),
                             np.zeros(cells, np.uint8))

@@ -43,7 +43,6 @@ MOVED_CUTS = 1, 3, 5    # the same of labels moved with the camera, by the frame
 WEIGHTS = np.array([0, *(weight_of(DEAD_ZONE, cut) for cut in CUTS)], np.uint8)
 MOVED_WEIGHTS = np.array([weight_of(MOVED_DEAD_ZONE, MOVED_CUTS[min(survived, 2)])
                           for survived in range(256)], np.uint8)
-AROUND = cv2.getStructuringElement(cv2.MORPH_CROSS, (3, 3))      # a tile and those beside it
 NO_CENSUS = np.zeros((0, 0), np.uint32), np.zeros((0, 0), np.uint8)
 
 
@@ -90,17 +89,6 @@ class RealtimeState(NamedTuple):
             raise ValueError('the state has labels out of range')
 
 
-def tile_strengths(choices, ages):
-    """
-    Return how many of the CUTS the previous best has in each tile, 0 in and beside changed ones.
-
-    choices: int8, below 0 for changed tiles; ages: float32, averaged frames with this one; uint8
-    """
-    seen = np.add(ages, 0.5, dtype=np.float64).astype(np.int64) - 1
-    return cv2.erode((choices >= 0).view(np.uint8), AROUND) * np.clip(
-        seen, 1, len(CUTS)).astype(np.uint8)
-
-
 class WarmStart:
     """Averages the views with the previous frame's, and makes its best a prior of the search."""
 
@@ -115,6 +103,7 @@ class WarmStart:
         self._moved = zeros(nothing.shape, nothing.dtype), zeros((rows, columns), np.uint8)
         self._distances, self._moved_weights = zeros((2, *half), np.uint8), zeros(half, np.uint8)
         self._weights, self._weighted = zeros((rows, columns), np.uint8), False
+        self._strengths = np.zeros_like(self._averaging.tiles[0].choices, np.uint8)
         self._prior = Prior(nothing, self._weights)
         self._inherited, self._valid = zeros(half, np.uint16), zeros(half, np.uint8)
 
@@ -125,7 +114,7 @@ class WarmStart:
         # The labels are those of the last search: a tile that changed since then has none.
         searched = 1 if state is None else 1 + state.own.since_search       # frames ago
         self._choices = np.where(ages <= searched, np.int8(-1), left.choices)
-        self._strengths = tile_strengths(self._choices, ages)
+        motion.tile_strengths(self._choices, ages, len(CUTS), self._strengths)
         self._left = views.pictures[0]
         self._packed, self._moved_weights[:] = None, 0
 

@@ -8,7 +8,7 @@ from fuzzy_stereo_ros.matching.crossover import Cut, Exchange, Regions
 from fuzzy_stereo_ros.matching.evolution import Random
 from fuzzy_stereo_ros.matching.kernels.genetic.exchange import copy_taken, differing_cells
 from fuzzy_stereo_ros.matching.kernels.genetic.gene_cost import (
-    add_jump_changes, CONTRADICTED, gene_costs, HIDDEN, SMOOTHNESS)
+    add_jump_changes, CONTRADICTED, HIDDEN, match_changes, SMOOTHNESS)
 from fuzzy_stereo_ros.matching.kernels.scanlines.volume import Penalties
 from fuzzy_stereo_ros.matching.realtime.fitness import CensusFitness, SAMPLE_STEP
 from fuzzy_stereo_ros.matching.realtime.scanlines import gene_type
@@ -63,10 +63,7 @@ def test_an_exchange_has_the_change_of_cost_from_the_first_parent_to_the_child(
     exchange.set_size(differing_cells(first, second, exchange.all_cells))
     np.testing.assert_array_equal(exchange.cells, np.flatnonzero(first != second))
     exchange.pairs[:] = 99
-    old, new = np.zeros((2, exchange.cells.size), np.uint8)
-    gene_costs(*scene, first, exchange.cells, old)
-    gene_costs(*scene, second, exchange.cells, new)
-    exchange.alone[:] = new.astype(int) - old
+    match_changes(*scene, first, second, exchange.cells, exchange.alone)
     add_jump_changes(*penalties, first, second, exchange.changes())
 
     def cost(chromosome):

@@ -9,14 +9,13 @@ from fuzzy_stereo_ros.matching.kernels.temporal import unchanged_tiles as rules
 from fuzzy_stereo_ros.matching.kernels.temporal.change_detection import (
     blend, compare_tiles, roughness, TILE, UNITS)
 from fuzzy_stereo_ros.matching.kernels.temporal.motion import (
-    move_ages, move_map, previous_prior, trusted_cells)
+    move_ages, move_map, previous_prior, tile_strengths, trusted_cells)
 from fuzzy_stereo_ros.matching.kernels.temporal.unchanged_tiles import (
     add_drifts, ages_of_both, changes_alike, choose_tiles, reject_drifting, reject_pointed_at,
     tile_noises)
 from fuzzy_stereo_ros.matching.kernels.units import CONSISTENT
 from fuzzy_stereo_ros.matching.over_frames.averaging import Averaging, History, Motion
 from fuzzy_stereo_ros.matching.realtime.possibility import CensusPicture
-from fuzzy_stereo_ros.matching.realtime.warm_start import CUTS, tile_strengths
 from hypothesis import given, settings, strategies as st
 from made_scenes import noisy
 import numpy as np
@@ -396,8 +395,10 @@ def test_the_prior_is_where_labels_are_trusted_and_flat_with_the_strength_of_the
 
 
 @pytest.mark.parametrize('shape', [(1, 1), (1, 4), (4, 1), (9, 12)])
-def test_the_previous_best_counts_more_with_age_and_not_beside_what_changed(shape):
+@pytest.mark.parametrize('most', [1, 3])
+def test_the_previous_best_counts_more_with_age_and_not_beside_what_changed(shape, most):
     choices = np.minimum(random_map(shape, 12, 1), 2).astype(np.int8) - np.int8(1)
     ages = random_map(shape, 60, 2).astype(np.float32) / 6
-    np.testing.assert_array_equal(
-        tile_strengths(choices, ages), twins.strengths(choices, ages, len(CUTS)))
+    found = np.full(shape, 9, np.uint8)
+    tile_strengths(choices, ages, most, found)
+    np.testing.assert_array_equal(found, twins.strengths(choices, ages, most))

@@ -8,8 +8,7 @@ from fuzzy_stereo_ros.matching.kernels.planes import segments
 from fuzzy_stereo_ros.matching.kernels.possibility.features import MARGIN
 from fuzzy_stereo_ros.matching.kernels.units import CONSISTENT, STEPS
 from fuzzy_stereo_ros.matching.realtime.matcher import Stages
-from fuzzy_stereo_ros.matching.realtime.operators import (
-    GreyRegions, NotMutated, PointsOfRegions)
+from fuzzy_stereo_ros.matching.realtime.operators import GreyRegions, NotMutated
 from hypothesis import example, given, settings, strategies as st
 import numpy as np
 import pytest
@@ -71,17 +70,18 @@ def test_points_are_consistent_matches_evenly_spread_however_rows_are_cut(seed, 
     labels = draw.integers(0, DISPARITIES, full).astype(np.uint8)
     offsets = draw.integers(-STEPS // 2, STEPS // 2 + 1, full).astype(np.int8)
     validity = draw.integers(0, 3, full).astype(np.uint8)
-    counts = np.full((len(bands), number), -1, np.int32)
+    counts, places = np.full((2, len(bands), number), -1, np.int32)
+    every, starts = np.zeros(number, np.int32), np.zeros(number + 1, np.int32)
     found = np.zeros((3, grey.size), np.float32)
     for index, first, last in bands:
         segments.count_matches(regions, validity, counts[index], first, last)
-    chosen = PointsOfRegions(counts, most)
+    segments.place_points(most, counts, every, places, starts)
     for index, first, last in bands:
-        segments.gather_points(regions, chosen.every, chosen.waited[index], chosen.places[index],
+        segments.gather_points(regions, every, counts[index], places[index],
                                (labels, offsets, validity), found, first, last)
     numbers = as_map(regions, shape)
     for region in range(number):
-        mine = found[:, slice(*chosen.starts[region:region + 2])]
+        mine = found[:, starts[region]:starts[region + 1]]
         expected = twins.points(numbers, region, most, labels + offsets / STEPS,
                                 validity == CONSISTENT)
         np.testing.assert_allclose(mine, expected, rtol=0, atol=1e-6)

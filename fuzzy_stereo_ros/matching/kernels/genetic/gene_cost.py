@@ -7,7 +7,7 @@ A rejected pixel has no match. Its label is compared with that of the target pix
 that is nearer, the label is hidden, as it should be; if it is farther, the label would hide what
 the target shows, which is a contradiction.
 """
-from fuzzy_stereo_ros.matching.kernels.compiled import called, kernel
+from fuzzy_stereo_ros.matching.kernels.compiled import called, inlined, kernel
 from fuzzy_stereo_ros.matching.kernels.genetic.exchange import row_of
 from fuzzy_stereo_ros.matching.kernels.possibility.costs import match_cost
 from fuzzy_stereo_ros.matching.kernels.units import INVALID
@@ -27,33 +27,49 @@ def jump_cost(one, other, small, jump):
     return (np.int64(small) if difference == 1 else np.int64(jump)) // SMOOTHNESS
 
 
+@inlined
+def _gene_cost(left, right, scene, chromosome, row, column):
+    """Return the data cost of a gene."""
+    (validity, target, lowest), columns = scene, chromosome.shape[1]
+    label = np.int64(chromosome[row, column])
+    pointed = column - label
+    if pointed < lowest or pointed >= lowest + columns:
+        return HIDDEN
+    if validity[row, column] == INVALID:
+        nearer = np.int64(target[row, pointed + target.shape[1] - columns]) - label
+        if chromosome.itemsize > 1:
+            nearer = ((nearer + 128) & 255) - 128
+        if nearer > 1:
+            return HIDDEN
+        if nearer < -1:
+            return CONTRADICTED
+    return match_cost(left, right, row, column, columns - 1 - pointed)
+
+
 @kernel
-def gene_costs(left, right, scene, chromosome, cells, costs):
+def gene_costs(left, right, scene, chromosome, every, costs, first, last):
     """
-    Write the data costs of some genes: uint8 (n,).
+    Write the data costs of the genes of every `every`-th row, from row 0 on: uint8 (..., C).
 
     left, right: of match_cost; scene: the validity; the target's labels modulo 256, uint8
-    (R, extra + C), from column -extra on; the first of its C columns that exist
+    (R, extra + C), from column -extra on; the first of its C columns that exist; first, last:
+    which of these rows
     """
-    (validity, target, lowest), columns, row = scene, chromosome.shape[1], 0
-    extra = target.shape[1] - columns
+    for sample in range(first, last):
+        for column in range(chromosome.shape[1]):
+            costs[sample, column] = _gene_cost(
+                left, right, scene, chromosome, sample * every, column)
+
+
+@kernel
+def match_changes(left, right, scene, first, second, cells, changes):
+    """Write the changes of data cost, int32 (n,), where cells take the second parent's genes."""
+    columns, row = first.shape[1], 0
     for index in range(cells.size):
         row = row_of(cells[index], row, columns)
         column = np.int64(cells[index]) - row * columns
-        label = np.int64(chromosome[row, column])
-        pointed = column - label
-        if pointed < lowest or pointed >= lowest + columns:
-            costs[index] = HIDDEN
-            continue
-        nearer = np.int64(0)
-        if validity[row, column] == INVALID:
-            nearer = np.int64(target[row, pointed + extra]) - label
-            if chromosome.itemsize > 1:
-                nearer = ((nearer + 128) & 255) - 128
-        if abs(nearer) > 1:
-            costs[index] = HIDDEN if nearer > 1 else CONTRADICTED
-        else:
-            costs[index] = match_cost(left, right, row, column, columns - 1 - pointed)
+        changes[index] = (np.int64(_gene_cost(left, right, scene, second, row, column))
+                          - np.int64(_gene_cost(left, right, scene, first, row, column)))
 
 
 @kernel
@@ -97,14 +113,14 @@ def row_costs(small, across, down, chromosome, costs, every, first, last):
     """
     Return the cost of the genes of every `every`-th row: data, and jumps to the left and up.
 
-    costs: uint8 (n,), of all these genes; first, last: which of these rows
+    costs: of gene_costs; first, last: which of these rows
     """
     total, columns = np.int64(0), chromosome.shape[1]
     for sample in range(first, last):
         row = sample * every
         for column in range(columns):
             label = np.int64(chromosome[row, column])
-            total += np.int64(costs[sample * columns + column])
+            total += np.int64(costs[sample, column])
             if column > 0:
                 total += jump_cost(label, np.int64(chromosome[row, column - 1]), small,
                                    across[row, column])

@@ -67,17 +67,20 @@ def number_cells(regions, places, starts):
 
 
 @kernel
-def list_pieces(regions, places, pieces):
+def list_pieces(regions, places, pieces, begins):
     """
     List the pieces of regions, row by row.
 
     pieces: int32 (n, 4), the number of the cell, row, first half-size column and the one after the
-    last
+    last; begins: int64 (cell rows + 1,), the first one of each row of cells and the one
+    behind all
     """
     runs, rows = regions
     begin, end, region = runs[0], runs[1], runs[3]
     number = 0
     for row in range(len(rows)):
+        if row % CELL_ROWS == 0:
+            begins[row // CELL_ROWS] = number
         for run in range(rows[row, 0], rows[row, 1]):
             if region[run] >= 0:
                 for cell in range(begin[run] // HALF, (end[run] - 1) // HALF + 1):
@@ -86,6 +89,7 @@ def list_pieces(regions, places, pieces):
                     pieces[number, 2] = max(begin[run], cell * HALF)
                     pieces[number, 3] = min(end[run], (cell + 1) * HALF)
                     number += 1
+    begins[places.shape[1]] = number
 
 
 @kernel

@@ -218,13 +218,36 @@ def count_matches(regions, validity, counts, first, last):
 
 
 @kernel
+def place_points(most, counts, every, places, starts):
+    """
+    Choose at most `most` matches of each region as points, evenly spread: one of `every`.
+
+    counts: int32 (bands, regions), of count_matches, which become those since the last point of
+    the bands before; every: int32 (regions,); places: int32, as counts or larger, where the first
+    point of each band goes; starts: int32 (regions + 1,), the first point of each region and the
+    one behind all
+    """
+    starts[0] = 0
+    for region in range(every.size):
+        total = counts[:, region].sum()
+        every[region] = max((total + most - 1) // most, 1)
+        before = 0
+        for band in range(len(counts)):
+            found = counts[band, region]
+            places[band, region] = starts[region] + before // every[region]
+            counts[band, region] = before % every[region]
+            before += found
+        starts[region + 1] = starts[region] + total // every[region]
+
+
+@kernel
 def gather_points(regions, every, waited, places, matches, points, first, last):
     """
     Write one of `every` matches of each region as points, in some half-size rows.
 
-    waited, places: int32 (regions,), matches since the last point, and where the next one goes,
-    which are overwritten; matches: labels, offsets, validity of the full image; points: float32
-    (3, r * c), x, y and disparity in full px
+    waited, places: int32 (regions,), the counts and places of the band, overwritten; matches:
+    labels, offsets, validity of the full image; points: float32 (3, r * c), x, y and disparity in
+    full px
     """
     (runs, rows), (labels, offsets, validity) = regions, matches
     begin, end, region = runs[0], runs[1], runs[3]
@@ -250,8 +273,8 @@ def fit_planes(points, starts, key, planes, begin, end):
     """
     Fit a plane to the regions begin .. end: the best of random ones, then least squares.
 
-    points: of gather_points; starts: int32 (regions + 1,), where those of each region begin;
-    planes: float32 (regions, 3), of half-size x and y and full disparity, NaN for none
+    points, starts: of gather_points and place_points; planes: float32 (regions, 3), of half-size x
+    and y and full disparity, NaN for none
     """
     limit, none = np.float32(1.5) * AGREEMENT, np.float32(np.nan)
     for region in range(begin, end):

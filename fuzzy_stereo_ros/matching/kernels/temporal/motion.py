@@ -112,6 +112,24 @@ def move_map(source, choices, down, right, outside, result, first, last):
 
 
 @kernel
+def tile_strengths(choices, ages, most, strengths):
+    """
+    Write the weight of the previous best in each tile: uint8, 0 in and beside changed tiles.
+
+    most: the largest strength, reached after as many previous frames
+    """
+    rows, columns = choices.shape
+    for row in range(rows):
+        above, below = max(row - 1, 0), min(row + 1, rows - 1)
+        for column in range(columns):
+            left, right = max(column - 1, 0), min(column + 1, columns - 1)
+            least = min(choices[row, left], choices[row, column], choices[row, right],
+                        choices[above, column], choices[below, column])
+            strength = min(max(int(ages[row, column] + 0.5) - 1, 1), most)
+            strengths[row, column] = strength if least >= 0 else 0
+
+
+@kernel
 def trusted_cells(labels, validity, half, distance, half_labels, trusted, first, last):
     """
     Mark the half-size pixels where the previous best is trusted.
