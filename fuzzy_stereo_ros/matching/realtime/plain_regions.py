@@ -165,11 +165,10 @@ def judge(found, labels, nearest):
         others = others[election.valid[region, others] & (abs(others - best) > APART)]
         curves = votes.curves[first:last, :, :labels] / election.spreads[region][:, None]
         seen = kernels.COUNTED * votes.counts[first:last, :labels].astype(np.float64)
-        lead = np.zeros(last - first)
-        evidence, known, decisive, plane = kernels.compare(
+        plane, lead = np.array([0.0, 0.0, between(deviations, best)]), np.zeros(len(seen))
+        (evidence, known), decisive = kernels.compare(
             curves[:, 0] + curves[:, 1], seen, votes.cells[first:last],
-            found.places[region] - np.int32(first), nearest, between(deviations, best), others,
-            lead)
+            found.places[region] - np.int32(first), nearest, others, plane, lead)
         if (evidence - mean - consistent[region] * (known - mean) > LEAD
                 and decisive < DECISIVE):
             accepted = lead > max(decisive - DECISIVE, LENIENT)
@@ -241,8 +240,9 @@ class PlainRegions:
                 texture.quantise(texture.sums(), band)
             votes, pieces = self._found.votes, self._pieces(band)
             kernels.sum_cells(pieces, half.labels, half.validity, votes.cells)
-            kernels.vote(pieces, left.bands.values, right.bands.values, votes.curves)
-            kernels.count_seen(pieces, left.bands.values, right.bands.seen, votes.counts)
+            plain_texture.vote(pieces, left.bands.values, right.bands.values, votes.curves)
+            plain_texture.count_seen(
+                pieces, left.bands.values, right.bands.seen, votes.counts)
 
         def write(band):
             found, pieces = self._found, self._pieces(band)

@@ -3,9 +3,8 @@
 """
 Evidence of plain regions for disparities, and the planes that it supports.
 
-One pixel of a plain wall does not determine its disparity; all of its pixels together do. The
-products of the texture of both views, see plain_texture.py, are summed in cells of 8 rows and 16
-columns, for every disparity: a curve for each cell. Sums over cells are measured in standard
+The products of the texture of both views, see plain_texture.py, are summed in cells of 8 rows and
+16 columns, for every disparity: a curve for each cell. Sums over cells are measured in standard
 deviations as if cells were independent, so that no estimate of noise is needed. What is taken of
 them is decided in realtime/plain_regions.py.
 """
@@ -13,15 +12,12 @@ from typing import NamedTuple
 
 from fuzzy_stereo_ros.matching.kernels.addresses import median
 from fuzzy_stereo_ros.matching.kernels.compiled import called, inlined, kernel
-from fuzzy_stereo_ros.matching.kernels.planes.plain_texture import BANDS, COLUMNS_AROUND
-from fuzzy_stereo_ros.matching.kernels.simd import (
-    add, LANES, load, multiply, splat, store, subtract)
+from fuzzy_stereo_ros.matching.kernels.planes.plain_texture import BANDS, COUNTED
 from fuzzy_stereo_ros.matching.kernels.units import INVALID, VOTED
 import numpy as np
 
 CELL_ROWS, CELL_COLUMNS = 8, 16  # rows (of the picture: every other one) and columns of a cell
 HALF = CELL_COLUMNS // 2      # half-size columns of a cell
-COUNTED = 4          # every COUNTED-th row is counted
 TILTED = 2.0         # deviations that a slant must gain
 TILTS, MOST_TILTED = (2.0, 1.0, 0.5, 0.25), 6.0  # px at the border of a region: at a time, in all
 GAIN = 0.05          # deviations that a step must gain
@@ -103,53 +99,6 @@ def sum_cells(pieces, labels, validity, cells):
             cell[2] += row
             cell[3] += labels[row, pixel]
             cell[4] += validity[row, pixel] == INVALID
-
-
-@kernel
-def vote(pieces, left, right, curves):
-    """
-    Sum the products of the bands of pieces with those of all candidates, cell by cell.
-
-    left, right: the values of both TextureBands, the right one mirrored; curves: of Votes
-    """
-    labels, (rows, stride), base = curves.shape[2], right.shape[1:], _candidate(left)
-    sums, source = curves.view(np.uint16).reshape(-1), right.view(np.uint16).reshape(-1)
-    for piece in range(len(pieces)):
-        place, row = np.int64(pieces[piece, 0]), np.int64(pieces[piece, 1])
-        first, last = 2 * np.int64(pieces[piece, 2]), 2 * np.int64(pieces[piece, 3])
-        for band in range(BANDS):
-            line = left[band, row, COLUMNS_AROUND:]
-            for block in range(0, labels, LANES):
-                sum_at = (place * BANDS + band) * labels + block
-                products = load(sums, sum_at)
-                candidate = (band * rows + row) * stride + base + block
-                for column in range(first, last):
-                    products = add(products, multiply(
-                        splat(np.uint16(line[column])), load(source, candidate - column)))
-                store(sums, sum_at, products)
-
-
-@inlined
-def _candidate(left):
-    """Return the index of the candidate of column 0 for label 0; left: as in vote."""
-    return left.shape[2] - LANES - COLUMNS_AROUND - 1
-
-
-@kernel
-def count_seen(pieces, left, seen, counts):
-    """Count the candidates that are seen, in COUNTED-th rows; seen: of the right TextureBands."""
-    labels, stride, base = counts.shape[1], seen.shape[1], _candidate(left)
-    numbers, flags = counts.view(np.uint16).reshape(-1), seen.reshape(-1)
-    for piece in range(len(pieces)):
-        place, row = np.int64(pieces[piece, 0]), np.int64(pieces[piece, 1])
-        if row % COUNTED == 0:
-            for block in range(0, labels, LANES):
-                candidate = row * stride + base + block
-                known = load(numbers, place * labels + block)
-                for column in range(2 * np.int64(pieces[piece, 2]),
-                                    2 * np.int64(pieces[piece, 3])):
-                    known = subtract(known, load(flags, candidate - column))
-                store(numbers, place * labels + block, known)
 
 
 @kernel
@@ -392,26 +341,27 @@ def by_chance(weighted, places, others):
 
 
 @kernel(allocates=True)
-def compare(weighted, seen, cells, places, nearest, disparity, others, lead):
+def compare(weighted, seen, cells, places, nearest, others, plane, lead):
     """
     Tilt the plane of a region to where it has the most evidence, and compare it with the map.
 
-    Returns the evidence for the plane and for the map, in deviations; how decisive 3 x 3 cells
-    are: the mean evidence of the plane there, in those of wrong disparities; and the plane, of
-    half-size x and y and full disparity.
+    Returns the evidence for the plane and for the map, in deviations, and how decisive 3 x 3 cells
+    are: the mean evidence of the plane there, in those of wrong disparities.
     weighted, seen: float64 (cells, labels), the curves in deviations, and counts; cells: of Votes;
     places: int32 (cell rows, cell columns), numbers of the region's cells, below 0 for none;
-    nearest: the label from which on there is evidence; disparity: with the most of it; others:
-    int64, wrong disparities; lead: float64 (cells,), written, by how much the evidence for the
-    plane in 3 x 3 cells exceeds that of the map, in those of wrong disparities
+    nearest: the label from which on there is evidence; others: int64, wrong disparities; plane:
+    float64 (3,), of half-size x and y and full disparity, flat at first; lead: float64 (cells,),
+    written, by how much the evidence for the plane in 3 x 3 cells exceeds that of the map, in
+    those of wrong disparities
     """
     number = len(weighted)
     right, down, of_map, of_plane = (np.zeros(number), np.zeros(number), np.zeros(number),
                                      np.zeros(number))
     x, y, wide, high = centres(cells, right, down)
-    evidence, (level, slope, fall) = climb(weighted, seen, right, down, disparity, of_plane)
+    evidence, (level, slope, fall) = climb(weighted, seen, right, down, plane[2], of_plane)
     known = evidence_of_map(cells, places, nearest, weighted, seen, of_map)
-    slope, fall = slope / wide, fall / high
+    plane[0], plane[1] = slope / wide, fall / high
+    plane[2] = level - plane[0] * x - plane[1] * y
     usual = by_chance(weighted, places, others)
     spread_around(of_plane, places, lead)
     total = pixels = 0.0
@@ -422,4 +372,4 @@ def compare(weighted, seen, cells, places, nearest, disparity, others, lead):
     spread_around(of_plane, places, lead)
     for place in range(number):
         lead[place] /= usual
-    return evidence, known, total / pixels / usual, (slope, fall, level - slope * x - fall * y)
+    return (evidence, known), total / pixels / usual

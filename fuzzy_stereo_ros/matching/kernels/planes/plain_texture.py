@@ -1,7 +1,9 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-The faint texture of plain parts of a view, in two bands.
+The faint texture of plain parts of a view, in two bands, and its products with candidates.
+
+One pixel of a plain wall does not determine its disparity; all of its pixels together do.
 
 Plain is what has small steps in the half-size view. Pictures are measured on every other row.
 Their texture is split by differences of binomial means inside the mask of plain pixels, so that
@@ -13,8 +15,8 @@ from typing import NamedTuple
 from fuzzy_stereo_ros.matching.kernels.compiled import inlined, kernel
 from fuzzy_stereo_ros.matching.kernels.possibility.features import MARGIN
 from fuzzy_stereo_ros.matching.kernels.simd import (
-    add, bit_and, bit_xor, equal_bits, high_product, LANES, less, load, minimum, shift_left,
-    shift_right, splat, store, subtract, total)
+    add, bit_and, bit_xor, equal_bits, high_product, LANES, less, load, minimum, multiply,
+    shift_left, shift_right, splat, store, subtract, total)
 import numpy as np
 
 COLUMNS_AROUND = 4   # columns around a picture, as far as the widest mean reaches
@@ -23,6 +25,7 @@ LARGEST_VALUE = 11   # value of a quantised band: the sums of a cell stay below 
 SET_PIXEL = 2**16 - 1  # value of a set pixel in a mask at full width
 MEAN_REACH = 3       # rows that the means of a row reach over, above and below
 RING = 8             # rows, at least 2 * MEAN_REACH + 1
+COUNTED = 4          # every COUNTED-th row is counted
 NONE = np.uint32(0xFFFFFFFF)     # the bits of lanes equal to 0 where no lane of a mask is set
 
 
@@ -249,3 +252,51 @@ def quantise(bands, written, clips, first, last):
                 size = shift_right(add(high_product(size, scale), splat(np.uint16(1))), 1)
                 size = minimum(size, splat(np.uint16(LARGEST_VALUE)))
                 store(values, place, subtract(bit_xor(size, negative), negative))
+
+
+@kernel
+def vote(pieces, left, right, curves):
+    """
+    Sum the products of the bands of pieces with those of all candidates, cell by cell.
+
+    pieces: of list_pieces; left, right: the values of both TextureBands, the right one mirrored;
+    curves: of Votes
+    """
+    labels, (rows, stride), base = curves.shape[2], right.shape[1:], _candidate(left)
+    sums, source = curves.view(np.uint16).reshape(-1), right.view(np.uint16).reshape(-1)
+    for piece in range(len(pieces)):
+        place, row = np.int64(pieces[piece, 0]), np.int64(pieces[piece, 1])
+        first, last = 2 * np.int64(pieces[piece, 2]), 2 * np.int64(pieces[piece, 3])
+        for band in range(BANDS):
+            line = left[band, row, COLUMNS_AROUND:]
+            for block in range(0, labels, LANES):
+                sum_at = (place * BANDS + band) * labels + block
+                products = load(sums, sum_at)
+                candidate = (band * rows + row) * stride + base + block
+                for column in range(first, last):
+                    products = add(products, multiply(
+                        splat(np.uint16(line[column])), load(source, candidate - column)))
+                store(sums, sum_at, products)
+
+
+@inlined
+def _candidate(left):
+    """Return the index of the candidate of column 0 for label 0; left: as in vote."""
+    return left.shape[2] - LANES - COLUMNS_AROUND - 1
+
+
+@kernel
+def count_seen(pieces, left, seen, counts):
+    """Count the candidates that are seen, in COUNTED-th rows; seen: of the right TextureBands."""
+    labels, stride, base = counts.shape[1], seen.shape[1], _candidate(left)
+    numbers, flags = counts.view(np.uint16).reshape(-1), seen.reshape(-1)
+    for piece in range(len(pieces)):
+        place, row = np.int64(pieces[piece, 0]), np.int64(pieces[piece, 1])
+        if row % COUNTED == 0:
+            for block in range(0, labels, LANES):
+                candidate = row * stride + base + block
+                known = load(numbers, place * labels + block)
+                for column in range(2 * np.int64(pieces[piece, 2]),
+                                    2 * np.int64(pieces[piece, 3])):
+                    known = subtract(known, load(flags, candidate - column))
+                store(numbers, place * labels + block, known)
