@@ -32,7 +32,7 @@ def scene_of(shape, disparities, min_disparity, seed=0):
     dtype = gene_type(disparities)
     possibility = seen(left, right, disparities, min_disparity)
     validity, target = random_map(shape, 3, seed + 1), random_map(
-        (shape[0], possibility.right.columns), 256, seed + 2)
+        (shape[0], possibility.right.columns), min(disparities + 3, 256), seed + 2)
     target_range = min_disparity, min_disparity + shape[1] - 1
     views = [(view.census, view.slopes) for view in (possibility.left, possibility.right)]
     volume = twin_costs(left, right, disparities, min_disparity)
