@@ -135,7 +135,7 @@ def copy_parents(tools, population, random):
 def select_blindly(tools, population, random):
     """Retain as many chromosomes as selection would, chosen at random, as equal parents."""
     order = np.argsort(random.child(0).uniform(len(population.genes)))
-    retained = order[:operators.elite_size(order.size, tools.config.elite)]
+    retained = order[:operators.elite_size(order.size)]
     others = order[retained.size:]
     draws = random.child(1).uniform(2 * others.size).reshape(2, -1)
     population.lineage = Lineage(others, operators.parent_pairs(retained, *draws))
@@ -149,7 +149,7 @@ def no_mutation(tools, population, random):
 def _times_of_a_population():
     """Return the number of children that mutate in a generation of the default population."""
     config = MatcherConfig.from_profile('paper')
-    children = config.population - operators.elite_size(config.population, config.elite)
+    children = config.population - operators.elite_size(config.population)
     return round(config.mutation_rate * children)
 
 

@@ -6,13 +6,13 @@ from dataclasses import dataclass, fields, replace
 from functools import cache
 import math
 
-from fuzzy_stereo_ros.matching import MatcherConfig, PROFILES
+from fuzzy_stereo_ros.matching.config import MatcherConfig, PROFILES, written
 from fuzzy_stereo_ros.pairs.calibration import expected_size, read_calibration
 from fuzzy_stereo_ros.pairs.camera_files import centred_calibration, rectified_cameras
 from fuzzy_stereo_ros.pairs.camera_formats import (
     FORMATS, is_of_one_camera, read_cameras, UNITS, UNKNOWN)
 from fuzzy_stereo_ros.pairs.stereo_pair import Projection
-from fuzzy_stereo_ros.parameters.table import MATCHER_PARAMETERS, NODE_PARAMETERS, written
+from fuzzy_stereo_ros.parameters.table import MATCHER_PARAMETERS, NODE_PARAMETERS
 
 USUAL_PROFILE, AUTO = 'realtime', 'auto'
 SHORT = {'approximate_sync': '--approximate',

@@ -6,73 +6,14 @@ The table of parameters; the ROS parameters, options, YAML, launch arguments and
 Rows of the matcher are made from the fields of `MatcherConfig`, which checks them; the node's own
 rows are here. Names and defaults are those of stereo_image_proc if it has the parameter.
 """
-from contextlib import suppress
-from dataclasses import dataclass, fields
+from dataclasses import replace
 from difflib import get_close_matches
 
-from fuzzy_stereo_ros.matching import MatcherConfig, PROFILES
+from fuzzy_stereo_ros.matching.config import MatcherConfig, Parameter, PROFILES, ROWS
 from fuzzy_stereo_ros.pairs.pair_reader import SCALES
 
 ROS_NAMES = {'disparities': 'disparity_range'}      # of fields with another name in MatcherConfig
 LONGEST_QUEUE = 1000000
-
-
-@dataclass(frozen=True)
-class Parameter:
-    """A row of the table."""
-
-    name: str
-    default: object
-    sentence: str
-    low: float | None = None    # range of the value
-    high: float | None = None
-    unit: str = ''
-    choices: tuple = ()         # allowed values
-    several: bool = False       # the value is a text of several choices, separated by blanks
-    read_only: bool = False     # fixed when the node starts
-    field: str = ''             # of MatcherConfig, '' for the node's own rows
-
-    @property
-    def allowed(self):
-        """The choices or the range as text; '' if any value is allowed."""
-        if self.choices:
-            return ', '.join(map(written, self.choices))
-        if self.low is None:
-            return ''
-        return f'{written(self.low)} to {written(self.high)} {self.unit}'.strip()
-
-    @property
-    def preset(self):
-        """Whether a profile sets it."""
-        return any(self.field in preset for preset in PROFILES.values())
-
-    def described(self):
-        """Return the sentence, followed by what is allowed."""
-        return f'{self.sentence} [{self.allowed}]' if self.allowed else self.sentence
-
-    def checked(self, value):
-        """Return a value in the type of the default; ValueError if it is not allowed."""
-        if isinstance(self.default, float) and type(value) is int:
-            with suppress(OverflowError):
-                value = float(value)
-        if type(value) is not type(self.default):
-            raise ValueError(f'{self.name} is {value!r}; allowed are values like {self.default!r}')
-        words = value.split() if self.several else [value]
-        if self.choices and not set(words) <= set(self.choices):
-            raise ValueError(f"{self.name} is '{value}'; allowed are {self.allowed}")
-        if self.low is not None and not self.low <= value <= self.high:
-            raise ValueError(f'{self.name} is {value!r}; allowed are numbers from '
-                             f'{written(self.low)} to {written(self.high)}')
-        return value
-
-
-def written(value):
-    """Return a value as text: true instead of True, 54 instead of 54.0."""
-    if isinstance(value, bool):
-        return str(value).lower()
-    return f'{value:.10g}' if isinstance(value, float) else str(value)
-
-
 OUTPUTS = ('disparity', 'confidence', 'depth', 'depth_compressed', 'points2', 'preview',
            'preview_compressed')
 NODE_PARAMETERS = (
@@ -147,9 +88,7 @@ def ros_name(field_name):
     return ROS_NAMES.get(field_name, field_name)
 
 
-MATCHER_PARAMETERS = tuple(
-    Parameter(ros_name(field.name), field.default, field=field.name, **field.metadata)
-    for field in fields(MatcherConfig))
+MATCHER_PARAMETERS = tuple(replace(row, name=ros_name(row.field)) for row in ROWS)
 ROS_PARAMETERS = (
     *NODE_PARAMETERS, *(row for row in MATCHER_PARAMETERS if row.field != 'reference'))
 # Of stereo_image_proc's matchers; launch files and parameter files that set them still work.

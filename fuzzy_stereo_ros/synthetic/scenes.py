@@ -8,6 +8,7 @@ shows the left coordinate x = (x_r + a + c y) / (1 - b). So both images are draw
 disparity and occlusion are computed without rounding (see `street.py` for cameras that drive).
 Only the textures are sampled at steps of 1/32 px, those of OpenCV's remap.
 """
+from collections import namedtuple
 from functools import partial
 from typing import NamedTuple
 
@@ -24,23 +25,40 @@ FOCAL = 0.9         # focal length in widths of the image
 BASELINE = 0.12     # m
 CAMERA = 'rate', 'offset'       # parameters that are no options of make_sequence
 NOT_IN_STREET = 'min_disparity', 'poles'     # options that need a scene of planes
-
-
-class SceneOptions(NamedTuple):
-    """The options of a scene and its images; SCENE_PARAMETERS has their meanings and units."""
-
-    min_disparity: int = 0
-    objects: int = 4
-    poles: int = 0
-    pan: float = 0.0
-    drive: float = 0.0
-    motion: float = 0.0
-    noise: float = 0.0
-    exposure: float = 1.0
-    flicker: float = 0.0
-    contrast: float = 1.0
-    colour: bool = False
-    bits: int = 8
+SCENE_PARAMETERS = {row.name: row for row in (
+    Parameter('columns', 640, 'width of the images', 1, 4096, 'px'),
+    Parameter('rows', 480, 'height of the images', 1, 4096, 'px'),
+    Parameter('disparities', 64, 'number of disparities in the scene', 1, 4096, 'px'),
+    Parameter('min_disparity', 0, 'smallest disparity in the scene', -2048, 2048, 'px'),
+    Parameter('frames', 12, 'number of pairs', 1, 100000),
+    Parameter('seed', 0, 'another scene for every number', 0, 2**31 - 1),
+    Parameter('objects', 4, 'number of slanted planes before a slanted background: poles, '
+              'ellipses and boxes in turn', 0, 1000),
+    Parameter('poles', 0, 'number of additional poles of 1 to 3 px', 0, 1000),
+    Parameter('pan', 2.0, 'rotation of the cameras to the right in each frame', -1000.0, 1000.0,
+              'px'),
+    Parameter('drive', 0.0, 'distance that the cameras move ahead in each frame, through a '
+              'street; they turn to both sides by pan at most, tilt and roll; 0 is the planar scene',
+              0.0, 100.0, 'm'),
+    Parameter('motion', 0.0, 'largest motion of objects and poles in each frame', 0.0, 1000.0,
+              'px'),
+    Parameter('noise', 2.0, 'standard deviation of the noise of the sensors', 0.0, 255.0,
+              'grey levels of 8 bits'),
+    Parameter('exposure', 1.0, 'gain of the right image relative to the left one', 0.01, 100.0),
+    Parameter('flicker', 0.0, 'amplitude of a gain of both images with a period of 8 frames', 0.0,
+              1.0),
+    Parameter('contrast', 1.0, 'of the textures, relative', 0.0, 10.0),
+    Parameter('colour', False, 'images in colour instead of grey'),
+    Parameter('bits', 8, 'of a grey level; above 8 the images have 16 bits and use the low ones',
+              8, 16),
+    Parameter('rate', 30.0, 'pairs per second', 0.1, 1000.0),
+    Parameter('offset', 0.0, 'cx of the left camera minus that of the right one', -4096.0, 4096.0,
+              'px'),
+)}
+# Of make_sequence, where nothing moves by itself and there is no noise.
+USUAL = {name: row.default for name, row in SCENE_PARAMETERS.items() if name not in (
+    'columns', 'rows', 'disparities', 'frames', 'seed', *CAMERA)} | {'pan': 0.0, 'noise': 0.0}
+SceneOptions = namedtuple('SceneOptions', USUAL, defaults=USUAL.values())
 
 
 class ScenePair(NamedTuple):
@@ -66,13 +84,11 @@ def make_sequence(rows, columns, disparities, frames, seed=0, **options):
     ValueError for a size, a count or a number of bits that is not allowed.
     """
     options = SceneOptions(**options)
-    if rows < 1 or columns < 1 or frames < 1:
-        raise ValueError(f'rows, columns and frames are {rows}, {columns} and {frames}; '
-                         'each must be at least 1')
-    if not 1 <= disparities <= columns:
+    for name, value in {'rows': rows, 'columns': columns, 'disparities': disparities,
+                        'frames': frames, **options._asdict()}.items():
+        SCENE_PARAMETERS[name].checked(value)
+    if disparities > columns:
         raise ValueError(f'disparities is {disparities}; allowed are 1 to the {columns} columns')
-    if not 8 <= options.bits <= 16:
-        raise ValueError(f'bits is {options.bits}; allowed are 8 to 16')
     if options.drive:
         for name in NOT_IN_STREET:
             if getattr(options, name):
@@ -104,42 +120,6 @@ def _pair(view, x, y, frame, seed, options):
     return ScenePair(_expose(left, gain, options, random),
                      _expose(right, gain * options.exposure, options, random),
                      truth.astype(np.float32), visible)
-
-
-def _scene_option(name, *facts, **more):
-    return Parameter(name, SceneOptions._field_defaults[name], *facts, **more)
-
-
-SCENE_PARAMETERS = {row.name: row for row in (
-    Parameter('columns', 640, 'width of the images', 1, 4096, 'px'),
-    Parameter('rows', 480, 'height of the images', 1, 4096, 'px'),
-    Parameter('disparities', 64, 'number of disparities in the scene', 1, 4096, 'px'),
-    _scene_option('min_disparity', 'smallest disparity in the scene', -2048, 2048, 'px'),
-    Parameter('frames', 12, 'number of pairs', 1, 100000),
-    Parameter('seed', 0, 'another scene for every number', 0, 2**31 - 1),
-    _scene_option('objects', 'number of slanted planes before a slanted background: poles, '
-                  'ellipses and boxes in turn', 0, 1000),
-    _scene_option('poles', 'number of additional poles of 1 to 3 px', 0, 1000),
-    Parameter('pan', 2.0, 'rotation of the cameras to the right in each frame', -1000.0, 1000.0,
-              'px'),
-    _scene_option('drive', 'distance that the cameras move ahead in each frame, through a street; '
-                  'they turn to both sides by pan at most, tilt and roll; 0 is the planar scene',
-                  0.0, 100.0, 'm'),
-    _scene_option('motion', 'largest motion of objects and poles in each frame', 0.0, 1000.0,
-                  'px'),
-    Parameter('noise', 2.0, 'standard deviation of the noise of the sensors', 0.0, 255.0,
-              'grey levels of 8 bits'),
-    _scene_option('exposure', 'gain of the right image relative to the left one', 0.01, 100.0),
-    _scene_option('flicker', 'amplitude of a gain of both images with a period of 8 frames', 0.0,
-                  1.0),
-    _scene_option('contrast', 'of the textures, relative', 0.0, 10.0),
-    _scene_option('colour', 'images in colour instead of grey'),
-    _scene_option('bits', 'of a grey level; above 8 the images have 16 bits and use the low ones',
-                  8, 16),
-    Parameter('rate', 30.0, 'pairs per second', 0.1, 1000.0),
-    Parameter('offset', 0.0, 'cx of the left camera minus that of the right one', -4096.0, 4096.0,
-              'px'),
-)}
 
 
 def scene_pairs(values):

@@ -55,9 +55,9 @@ def test_every_parameter_and_every_argument_of_the_peers_launch_file_is_an_argum
 
 @pytest.mark.parametrize('file, name, value, sentence', [
     (FUZZY_STEREO, 'disparity_range', 'many',
-     "disparity_range is 'many'; allowed are values like 64"),
+     "disparity_range is 'many'; allowed are whole numbers from 1 to 4096"),
     (FUZZY_STEREO, 'disparity_range', '0',
-     'disparity_range is 0; allowed are numbers from 1 to 4096'),
+     'disparity_range is 0; allowed are whole numbers from 1 to 4096'),
     (FUZZY_STEREO, 'output', 'paper',
      "output is 'paper'; allowed are screen, log, both, own_log, full"),
     (FUZZY_STEREO, 'params_file', '/no/such.yaml',
@@ -77,7 +77,7 @@ def test_launch_prints_the_sentence_and_starts_nothing():
         capture_output=True, text=True, check=False)
     assert ended.returncode == 1
     printed = ended.stdout + ended.stderr
-    assert 'disparity_range is 0; allowed are numbers from 1 to 4096' in printed
+    assert 'disparity_range is 0; allowed are whole numbers from 1 to 4096' in printed
     assert 'process started' not in printed
     assert 'Traceback' not in printed
 

@@ -52,7 +52,7 @@ def test_what_is_published_is_the_scene_of_the_options_seen_by_cameras_of_the_op
 
 
 @pytest.mark.parametrize('arguments, sentence', [
-    (['--columns=0'], 'columns is 0; allowed are numbers from 1 to 4096'),
+    (['--columns=0'], 'columns is 0; allowed are whole numbers from 1 to 4096'),
     (['--columns=20'], 'disparities is 64; allowed are 1 to the 20 columns')])
 def test_a_scene_that_cannot_be_made_is_one_sentence_and_code_2(ros, arguments, sentence):
     done = subprocess.run([sys.executable, '-m', MODULE, *arguments], capture_output=True,

@@ -226,7 +226,8 @@ DAMAGES = {
         'points or offsets out of range'),
     'no record': (lambda folder: (folder / 'pair.json').write_text('7'), 'pair.json is 7; needed'),
     'an older parameter': (
-        lambda folder: rewritten(folder, 'parameters', elite=None), 'parameters is .*; needed'),
+        lambda folder: rewritten(folder, 'parameters', mutation_rate=None),
+        'parameters is .*; needed'),
     'an image of another size': (
         lambda folder: write_image(folder / 'right.png', maps(60, 99, np.uint8)),
         'the left image is 100 x 60, the right one 99 x 60'),

@@ -28,6 +28,7 @@ from fuzzy_stereo_ros.matching.paper.fitness import inside
 from fuzzy_stereo_ros.matching.paper.population import Lineage
 import numpy as np
 
+ELITE = 0.4                 # share of the population that is retained
 CELLS_A_PATCH = 48          # a mutation tries a patch for so many cells of the image
 FEW_CELLS = 0.25            # share of the cells; parents that differ in more are not crossed
 FIRST_FUSION = 0.5          # share of the generations before the first fusion
@@ -74,9 +75,9 @@ def fittest_first(fitness):
     return np.argsort(-fitness, kind='stable')
 
 
-def elite_size(population, share):
+def elite_size(population):
     """Return how many of the fittest are retained; the fittest one always is."""
-    return min(max(round(share * population), 1), population)
+    return max(round(ELITE * population), 1)
 
 
 def rank_survival(number):
@@ -114,7 +115,7 @@ def select(tools, population, random):
     A single chromosome is replaced by its own child.
     """
     ranked = fittest_first(population.totals)
-    retained = ranked[:elite_size(ranked.size, tools.config.elite)]
+    retained = ranked[:elite_size(ranked.size)]
     children = ranked[retained.size:] if ranked.size > 1 else ranked
     draws = random.child(0).uniform(retained.size)
     candidates = retained[survivors(rank_survival(retained.size), draws)]
@@ -214,7 +215,7 @@ def fuse_retained(tools, population, random):
     if number < FIRST_FUSION * planned or number % max(round(planned / FUSIONS), 1):
         return
     fittest, *others = fittest_first(population.totals)[:elite_size(
-        len(population.totals), tools.config.elite)]
+        len(population.totals))]
     for other in others:
         take_over(tools, population, fittest, other, *tools.fusion())
 

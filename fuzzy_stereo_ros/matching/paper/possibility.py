@@ -31,6 +31,7 @@ from fuzzy_stereo_ros.matching.kernels.simd import LANES
 import numpy as np
 
 GREY_CENTRES = (0.0, 127.5, 255.0)      # black, average and white
+GREY_SIGMA = 54.0       # two neighbouring classes cross at one half; the paper leaves it open
 # Falling strongly, falling, flat, rising, rising strongly; in logarithms of grey levels a pixel.
 GRADIENT_CENTRES = (-4.0, -2.0, 0.0, 2.0, 4.0)
 # Neighbouring classes cross at one half.
@@ -93,7 +94,7 @@ def compressed(gradient):
     return np.copysign(np.log1p(np.abs(gradient)), gradient)
 
 
-def possibility_table(sigma):
+def possibility_table(sigma=GREY_SIGMA):
     """Return Eq. 2 of every pair of grey levels: uint8 (256, 256), 255ths."""
     levels = np.arange(256)
     exact = matching_possibility(levels[:, np.newaxis], levels[np.newaxis, :], sigma)
@@ -177,7 +178,7 @@ class LiteralPossibility:
     def __init__(self, config, rows, columns):
         """Allocate all that pairs of one size need."""
         self._min_disparity, self._columns = config.min_disparity, columns
-        self._table = possibility_table(config.class_sigma)
+        self._table = possibility_table()
         self.planes = np.zeros((config.disparities, rows + 2, columns + FRAME), np.uint8)
 
     def set_pair(self, left, right):
@@ -209,7 +210,7 @@ class UniformPossibility:
         shape = rows, columns, max(config.disparities, LANES) + REACH
         self._disparities = config.disparities
         gradient = gradient_table()
-        self._tables = np.stack([possibility_table(config.class_sigma), gradient, gradient])
+        self._tables = np.stack([possibility_table(), gradient, gradient])
         self._very = very_possible_table()
         # none beyond LEAST_UNIFORM
         self._weights = np.outer(nearness(config.neighbourhood),

@@ -61,11 +61,12 @@ def another_value(parameter):
         return not parameter.default
     taken = {getattr(MatcherConfig.from_profile(name), parameter.name) for name in PROFILES}
     if parameter.type is str:
-        return (set(parameter.metadata['choices']) - {parameter.default}).pop()
+        return (set(parameter.metadata['row'].choices) - {parameter.default}).pop()
     step = 2 if parameter.name == 'neighbourhood' else 1
-    if parameter.metadata['high'] - parameter.metadata['low'] <= 1:
+    row = parameter.metadata['row']
+    if row.high - row.low <= 1:
         return 0.25
-    value = parameter.type(parameter.metadata['low'] + step)
+    value = parameter.type(row.low + step)
     return value if value not in taken else value + step
 
 
@@ -172,7 +173,8 @@ def test_the_kernels_are_ready_before_the_time_is_taken(folder, monkeypatch):
 
 BAD_INPUT = {
     'no number': (match_arguments(disparities='many'), "'many' is no whole number, nor auto"),
-    'out of range': (match_arguments(elite=2), 'elite is 2.0; allowed are numbers from 0'),
+    'out of range': (match_arguments(mutation_rate=2),
+                     'mutation_rate is 2.0; allowed are numbers from 0'),
     'too many disparities': (match_arguments(disparities=81), '80'),
     'a missing image': (['match', 'left.png', 'none.png', *match_arguments()[3:]],
                         'none.png cannot be read: No such file'),

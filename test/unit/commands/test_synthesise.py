@@ -163,7 +163,7 @@ def test_what_ends_half_way_leaves_nothing_behind(error, code, words, capsys):
 
 
 @pytest.mark.parametrize('words, sentence', [
-    (['--columns', '0'], 'columns is 0; allowed are numbers from 1 to 4096'),
+    (['--columns', '0'], 'columns is 0; allowed are whole numbers from 1 to 4096'),
     (['--columns', '20'], 'disparities is 64; allowed are 1 to the 20 columns'),
     (['--noise', '-1'], 'noise is -1.0; allowed are numbers from 0 to 255'),
     (['--output', 'no/scene'], 'but there is no folder'),

@@ -68,6 +68,7 @@ def test_parameters_of_some_algorithms_name_them(algorithm):
         matcher.match(*random.integers(0, 256, (2, 32, 48), np.uint8), stamp=stamp)
     heeded = {field.name for field in fields(MatcherConfig) if field.name in Watched.read}
     named = {field.name: re.search(r'\(((realtime|quality|paper)\b[a-z ]*)',
-                                   field.metadata['sentence']) for field in fields(MatcherConfig)}
+                                   field.metadata['row'].sentence)
+             for field in fields(MatcherConfig)}
     assert heeded == {name for name, algorithms in named.items()
                       if algorithms is None or algorithm in algorithms[1].split()}

@@ -123,7 +123,7 @@ def test_the_retained_survive_and_are_all_parents(reading):
     for number, name in enumerate(('selection', 'crossover', 'mutation')):
         getattr(stages, name)(tools, population, Random((3, number)))
     kept = np.setdiff1d(np.arange(config.population), population.lineage.children)
-    fittest = operators.fittest_first(fitness)[:operators.elite_size(len(fitness), config.elite)]
+    fittest = operators.fittest_first(fitness)[:operators.elite_size(len(fitness))]
     assert set(fittest) == set(kept)
     assert np.isin(population.lineage.parents, fittest).all()
     np.testing.assert_array_equal(population.genes[kept], former[kept])

@@ -30,7 +30,7 @@ def pair(shape, seed=0):
 def test_the_planes_are_those_of_the_twin(shape, disparities, min_disparity):
     left, right = pair(shape)
     found = LiteralPossibility(MatcherConfig(
-        disparities=disparities, min_disparity=min_disparity, class_sigma=54.0), *shape)
+        disparities=disparities, min_disparity=min_disparity), *shape)
     for images in ((right, left), (left, right)):      # nothing is left of the pair before
         found.set_pair(*images)
     exact = reference.possibility_volume(left, right, disparities, min_disparity, 54.0)

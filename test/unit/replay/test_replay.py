@@ -127,7 +127,7 @@ def test_options_of_the_node_reach_what_reads_the_pairs(folder, capsys):
         half = MatcherConfig(disparities=DISPARITIES).at_scale(0.5)
         assert (message.f, message.max_disparity) == (FOCAL / 2, half.disparities - 1)
     assert rejection(capsys, 'bag', output='other', options=['--scale', '0.3']) == (
-        "scale is '0.3'; allowed are 1, 0.5, 0.25")
+        'scale is 0.3; allowed are 1, 0.5, 0.25')
 
 
 def test_raw_images_are_rectified_where_that_is_asked_for(folder, capsys):

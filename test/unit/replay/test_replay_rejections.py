@@ -95,9 +95,9 @@ SENTENCES = [
      'neither'),
     # ---- values as those of parameters ----
     ('bag --disparities 0', 'disparities is 0'),
-    ('bag --queue-size 0', 'queue_size is 0; allowed are numbers from 1 to 1000000'),
+    ('bag --queue-size 0', 'queue_size is 0; allowed are whole numbers from 1 to 1000000'),
     ('bag --depth-encoding x', "depth_encoding is 'x'; allowed are 32FC1, 16UC1"),
-    ('bag --scale 0.3', "scale is '0.3'; allowed are 1, 0.5, 0.25"),
+    ('bag --scale 0.3', 'scale is 0.3; allowed are 1, 0.5, 0.25'),
     # ---- frames ----
     ('left names', 'left and names: names as left_0 and a do not tell which images belong '
      'together; give those of a pair one name, number or time'),

@@ -125,9 +125,9 @@ def test_on_a_drive_the_next_frame_shows_what_the_true_motion_says():
 
 
 @pytest.mark.parametrize('arguments, options, words', [
-    ((0, 10, 4), {}, 'rows, columns and frames are 0, 10 and 1'),
+    ((0, 10, 4), {}, 'rows is 0; allowed are whole numbers from 1'),
     ((10, 10, 11), {}, 'disparities is 11; allowed are 1 to the 10 columns'),
-    ((10, 10, 4), {'bits': 17}, 'bits is 17; allowed are 8 to 16'),
+    ((10, 10, 4), {'bits': 17}, 'bits is 17; allowed are whole numbers from 8 to 16'),
     *(((10, 10, 4), {name: value, 'drive': 0.1}, f'{name} is {value} and drive is 0.1; a street '
        f'has no {name}') for name, value in (('poles', 2), ('min_disparity', -3)))])
 def test_what_cannot_be_made_is_rejected_with_a_sentence(arguments, options, words):

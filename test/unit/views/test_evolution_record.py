@@ -17,8 +17,8 @@ SHAPE = 60, 100
 CONFIGS = {
     'paper': MatcherConfig.from_profile(
         'paper', disparities=24, population=12, generations=4, reference='right'),
-    'paper, left, elite': MatcherConfig.from_profile(
-        'paper', disparities=24, population=12, generations=4, elite=1.0),
+    'paper, left': MatcherConfig.from_profile(
+        'paper', disparities=24, population=12, generations=4),
     'realtime': MatcherConfig(disparities=24, min_disparity=-3),
     'quality': MatcherConfig.from_profile('quality', disparities=24, generations=6),
     'quality, right': MatcherConfig.from_profile('quality', disparities=24, reference='right')}
@@ -60,7 +60,7 @@ def test_watching_takes_time_and_so_knows_no_deadline(pair):
     assert match.generations == 4 and len(told) == 5
 
 
-@pytest.mark.parametrize('name', ['paper, left, elite', 'realtime', 'quality'])
+@pytest.mark.parametrize('name', ['paper, left', 'realtime', 'quality'])
 def test_the_initial_population_is_the_one_that_evolution_starts_from(name, pair):
     config = CONFIGS[name]
     matcher = StereoMatcher(replace(config, generations=0))
