@@ -77,11 +77,7 @@ def _only_pair(name, topics, images, left, right, rectify):
 
 
 def _twins(topic):
-    """
-    Yield the possible names of the right camera's topic for the left camera's topic.
-
-    Words near the end are tried first, as earlier ones may name a rig: /left_arm/left/image.
-    """
+    """Yield possible names of the right camera's topic; words near the end, not of rigs, first."""
     starts = []
     for left, right in SIDE_WORDS:
         words = list(re.finditer(f'(?<![a-z0-9])({left}|{right})(?![a-z0-9])', topic))

@@ -103,12 +103,7 @@ def _opencv_matcher(algorithm, settings, labels):
 
 
 def _tuned(block, p1, ratio, *others):
-    """
-    Return `Settings`.
-
-    p1: a multiple of the square of the block's side; ratio: P2 / P1; others: cap, uniqueness,
-    left-right difference, speckle size and range.
-    """
+    """Return `Settings`; p1: in squares of the side; ratio: P2 / P1; others: from cap on."""
     return Settings(block, p1 * block**2, ratio * p1 * block**2, *others, texture=0)
 
 

@@ -193,12 +193,7 @@ def mean_figures(several):
 
 
 def mean_records(results, matchers):
-    """
-    Return the mean records of `Result`s of scenes, one for each family, matcher, mask and map.
-
-    Only matchers with a result on all scenes of a family have one. `frames`: number of scenes with
-    the mask.
-    """
+    """Return means of scenes by family, matcher, mask and map; of matchers with all scenes."""
     records = []
     for family, those in by_family(results).items():
         for matcher in matchers:

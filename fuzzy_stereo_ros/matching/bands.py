@@ -160,12 +160,7 @@ class ThreadPool:
             raise call.errors[0]
 
     def _asked(self, number):
-        """
-        Return the queues of some helpers, which run where `HelperPlaces` says.
-
-        A thread that a helper starts may run at the same places: helpers call nothing that starts
-        threads.
-        """
+        """Return the queues of some helpers, which run where `HelperPlaces` says."""
         self._helpers = [helper for helper in self._helpers if helper.is_alive()]
         while len(self._helpers) < number:
             helper = _Helper()
@@ -315,11 +310,7 @@ class _Call:
 
 
 class _Helper(Thread):
-    """
-    A thread that helps with calls, until None comes in the place of one.
-
-    calls: the queue of what it does; places: the processors where it may run
-    """
+    """A thread that does `calls`, a queue that None ends, on the processors `places`."""
 
     def __init__(self):
         super().__init__(name='pool', daemon=True)

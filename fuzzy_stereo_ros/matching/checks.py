@@ -11,11 +11,7 @@ MOST_SIDE = 2**16       # kernels number rows and columns at half size with 15 a
 
 
 def checked_pair(left, right, config):
-    """
-    Return the two images as contiguous arrays of one kind, or raise ValueError saying why not.
-
-    left, right: uint8 or uint16, (R, C) or (R, C, 3); where only one has colour it loses it.
-    """
+    """Return two images, (R, C) or (R, C, 3) of 8 or 16 bits, contiguous and alike; ValueError."""
     images = []
     for name, image in (('left', left), ('right', right)):
         if not isinstance(image, np.ndarray):

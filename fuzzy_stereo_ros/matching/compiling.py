@@ -45,11 +45,7 @@ class Progress(NamedTuple):
 
 @contextmanager
 def on_all_cores(report=None):
-    """
-    Have all cores compile what warm-ups within need and is not cached.
-
-    report(Progress): called in any thread, where something is compiled.
-    """
+    """Have all cores compile what warm-ups within need; report(Progress): called in any thread."""
     before = compiled.compilers[:]
     compiled.compilers[:] = [cache(partial(compile_kernels, report=report))]
     try:
@@ -77,11 +73,7 @@ def compile_kernels(config, report=None):
 
 
 def serve(config):
-    """
-    Note the calls of a warm-up, and compile them in as many processes as there are cores.
-
-    Write to standard output a line for each, the share of the code that it is, 0 at the start.
-    """
+    """Compile what a warm-up calls, on all cores; print the share of the code of each, first 0."""
     signal.signal(signal.SIGPIPE, signal.SIG_DFL)       # ends it where nobody reads its answers
     answers = os.dup(1)
     os.dup2(2, 1)       # prints go to stderr, not among the answers

@@ -29,11 +29,7 @@ class Exchange:
     """
 
     def __init__(self, rows, columns, neighbours):
-        """
-        Allocate for chromosomes of a size.
-
-        neighbours: 4 or 8, of a cell in the sums of costs
-        """
+        """Allocate for a size; neighbours: 4 or 8, of a cell in the sums of costs."""
         self.shape, self.neighbours = (rows, columns), neighbours
         size = rows * columns
         # one more: kernels write each cell, and keep it only where the parents differ

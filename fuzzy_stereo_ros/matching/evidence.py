@@ -59,11 +59,6 @@ class Evidence:
             common > LEAST_CORRELATION * np.sqrt(variances[0] * variances[1]))
 
     def reject(self, validity, weights, first, last):
-        """
-        Reject the matches of some rows of which the pair shows nothing.
-
-        validity: uint8 (R, C), changed; weights: uint8 (R, C), VOTED where whole regions are the
-        evidence, which is kept
-        """
+        """Reject rows of validity, uint8 (R, C), without evidence, but where weights are VOTED."""
         if self._seen.size:
             reject_unseen(self._seen, self._clipped, weights, validity, first, last)

@@ -26,11 +26,7 @@ DECAY = 0.9                 # of an expected duration, by a shorter one
 
 @dataclass(frozen=True)
 class Random:
-    """
-    The source of all random numbers: equal seeds give equal numbers, with any number of threads.
-
-    seed: tuple of whole numbers, of any size and sign: seed, stamp, generation and so on
-    """
+    """The source of all random numbers: equal seeds, of whole numbers, give equal ones."""
 
     seed: tuple
 
@@ -54,12 +50,7 @@ class Budget:
     """The generations and the time that a frame may take."""
 
     def __init__(self, generations, deadline_ms, started_ns):
-        """
-        Start a budget.
-
-        generations: the most that may run; deadline_ms: 0 is no deadline
-        started_ns: when the frame began, by `time.perf_counter_ns`
-        """
+        """Start; generations: the most; deadline_ms: 0 is none; started_ns: of perf_counter."""
         self._generations = generations
         self._deadline_ns = started_ns + int(deadline_ms * 1e6) if deadline_ms > 0 else None
 

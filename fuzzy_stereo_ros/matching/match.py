@@ -86,11 +86,7 @@ class Match:
         return cv2.imencode('.png', colour_disparity(self.disparity, low, high))[1].tobytes()
 
     def depth(self, camera):
-        """
-        Return the depth of the match: float32 (R, C), metres, NaN = invalid, infinite = too far.
-
-        camera: knows the metres, as fuzzy_stereo_ros.pairs.stereo_pair.Calibration does.
-        """
+        """Return depth by a Calibration: float32 (R, C), m, NaN = invalid, infinite = too far."""
         return camera.depth(self.disparity)
 
     def points(self, camera):

@@ -159,11 +159,7 @@ class StereoMatcher:
 
 
 def reject_wide_holes(config, match):
-    """
-    Let the regions of a filled Match that have more than fill_holes rejected pixels be invalid.
-
-    config: its MatcherConfig. Pixels that touch at a corner only are not connected.
-    """
+    """Let 4-connected regions of more than fill_holes rejected pixels of a Match be invalid."""
     _, regions, facts, _ = cv2.connectedComponentsWithStats(
         config.rejects(match.confidence).view(np.uint8), connectivity=4)
     wide = facts[:, cv2.CC_STAT_AREA] > config.fill_holes

@@ -71,19 +71,10 @@ class Finding(NamedTuple):
 
 
 class PlausibilityCheck:
-    """
-    Watches results of consecutive pairs and looks for the cause where they are suspicious.
-
-    finding: the newest `Finding`, None if nothing is suspicious or no cause is known.
-    """
+    """Looks why results are suspicious; finding: the newest `Finding`, None without a cause."""
 
     def __init__(self, confirmed=1, scale=1.0):
-        """
-        Start without pairs.
-
-        confirmed: pairs in a row that change the finding. scale: of the images; findings name a
-        range in px of the images before they were reduced.
-        """
+        """Start; confirmed: pairs in a row that change the finding; scale: of the images."""
         self._confirmed, self._scale = confirmed, scale
         self._credit, self._known_for, self.finding = 0.0, None, None
         self.reset()

@@ -120,11 +120,7 @@ class RowAlignment:
         return self._fitted[1]
 
     def watch(self, rows, left, right, match):
-        """
-        Return the Rows after a pair was matched; some pairs are measured.
-
-        rows: of `align`; left, right: as they came; match: the Match with the aligned image
-        """
+        """Return Rows after a pair as it came and its Match; some pairs are measured."""
         pair, shape, confidence = rows.pair, match.disparity.shape, mean_confidence(match)
         low = rows.low + 1 if confidence < LOWER * rows.usual else 0
         rows = rows._replace(low=low, usual=rows.usual + (
@@ -223,9 +219,5 @@ class RowAlignment:
 
 
 def rig_of(image, camera, reference='left'):
-    """
-    Return the identity of a rig: reference image, rows, columns, and numbers of its left camera.
-
-    image: one of its pair; camera: the `Camera`, or None
-    """
+    """Return what tells a rig: reference, rows, columns, and numbers of its `Camera`, or None."""
     return (reference, *image.shape[:2], *(() if camera is None else map(float, camera[:5])))

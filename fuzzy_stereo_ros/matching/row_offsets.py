@@ -251,11 +251,7 @@ def _flow(left, right, corners, expected, row_error):
 
 
 def misalignment_of(pairs, rows, columns):
-    """
-    Return the Misalignment of pairs of equal size, None for too few points.
-
-    pairs: list of float64 (N, 3) of `feature_offsets` or `corner_offsets`.
-    """
+    """Return the Misalignment of pairs, each points as float64 (N, 3), None for too few."""
     column, row, offsets = np.concatenate(pairs).T
     terms = terms_at(column, row, rows, columns)
     down, across = (np.clip(((place + 1) / 2 * count).astype(int), 0, count - 1)

@@ -27,11 +27,7 @@ LEAST_SHARE = 0.02      # least share of confident pixels for a result
 
 
 def seen_disparities(pairs, threads=0):
-    """
-    Return the smallest and largest disparity that pairs show, px; None if too few pixels tell.
-
-    pairs: of images, uint8 or uint16 (R, C) or (R, C, 3) BGR. threads: as in MatcherConfig.
-    """
+    """Return the least and largest disparity in pairs of images, px; None if few pixels tell."""
     found, config = [], MatcherConfig.from_profile('realtime', warm_start=False, threads=threads)
     for left, right in pairs:
         scale = min(1.0, REDUCED_COLUMNS / left.shape[1])

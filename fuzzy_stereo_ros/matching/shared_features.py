@@ -30,11 +30,7 @@ class Features(NamedTuple):
 
 
 def features_in_common(left, right):
-    """
-    Return the Features of two grey images, uint8 (R, C), wherever they lie in both.
-
-    ORB (Rublee et al., ICCV 2011) of one scale and turn; both have to be each other's best match.
-    """
+    """Return the Features, by ORB of one scale, that are each other's best of two uint8 (R, C)."""
     pixel = max(1, round(left.shape[1] / REDUCED_COLUMNS))
     none = Features(0, np.empty((0, 2)), np.empty(0), np.empty(0), pixel)
     if min(left.shape) < 2 * PATCH * pixel:

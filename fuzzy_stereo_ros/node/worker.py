@@ -10,11 +10,7 @@ import threading
 
 
 class Worker:
-    """
-    A thread that processes one item at a time; only the newest waiting item is kept.
-
-    The counts satisfy submitted = done + failed + dropped + pending at any moment.
-    """
+    """Processes the newest item in a thread; submitted = done + failed + dropped + pending."""
 
     def __init__(self, begin, work, on_error):
         """

@@ -139,11 +139,7 @@ def _number_of(path):
 
 
 def _opencv(paths, contents, shape, images):
-    """
-    Read what stereoCalibrate and stereoRectify return, from one file or two of FileStorage.
-
-    Not by cv2.FileStorage, which damaged files lead to memory that is not its own.
-    """
+    """Read stereoCalibrate and stereoRectify, not by cv2.FileStorage, which is not memory safe."""
     found = {}
     for content in contents:
         plain = re.sub('!!opencv(-nd)?-matrix', '', content.replace('%YAML:', '%YAML ', 1))

@@ -47,11 +47,7 @@ def encode_pfm(values):
 
 
 def decode_pfm(path, content):
-    """
-    Return the values of a PFM file, float32 (R, C); ValueError, which names the path.
-
-    OpenCV's reader is not used, as it multiplies the values by the header's scale.
-    """
+    """Return the values of a PFM, float32 (R, C), without its scale; ValueError names the path."""
     header = re.match(rb'(P[fF])\s+(\d{1,18})\s+(\d{1,18})\s+(-?[0-9.eE+-]+)\s', content)
     if header is None:
         raise ValueError(f'{path} is not a PFM file: it does not begin with "Pf", width, height '

@@ -149,11 +149,7 @@ def size_in_header(content):
 
 
 def is_cut_off(content):
-    """
-    Return whether bytes are a JPEG without an end marker after the start of its first scan.
-
-    OpenCV 4 makes the missing rows grey without an error.
-    """
+    """Return whether a JPEG lacks its end marker: OpenCV 4 makes the missing rows grey."""
     last_segment = max((start for _, start in _jpeg_segments(content)), default=0)
     return content.startswith(JPEG_START) and content.rfind(JPEG_END, last_segment) < 0
 

@@ -164,11 +164,7 @@ def _count(item, outcome, config, stats, log):
 
 @contextmanager
 def interruption():
-    """
-    Yield a function that returns whether SIGINT was received; a second raises KeyboardInterrupt.
-
-    Outside the main thread, where Python allows no signal handlers, it always returns False.
-    """
+    """Yield whether SIGINT came, False beside the main thread; a second: KeyboardInterrupt."""
     received = []
 
     def handle(number, frame):

@@ -238,11 +238,7 @@ def _open_cluster(options, log, opened):
 
 
 def _local_cluster(workers, opened):
-    """
-    Return a LocalCluster of worker processes; opened: the ExitStack that closes it.
-
-    Ctrl-C does not reach them: threads and processes inherit the signal mask of their starter.
-    """
+    """Return a LocalCluster, closed by an ExitStack, whose processes Ctrl-C does not reach."""
     from distributed import LocalCluster
 
     folder = opened.enter_context(tempfile.TemporaryDirectory())

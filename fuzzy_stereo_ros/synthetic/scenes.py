@@ -38,8 +38,8 @@ SCENE_PARAMETERS = {row.name: row for row in (
     Parameter('pan', 2.0, 'rotation of the cameras to the right in each frame', -1000.0, 1000.0,
               'px'),
     Parameter('drive', 0.0, 'distance that the cameras move ahead in each frame, through a '
-              'street; they turn to both sides by pan at most, tilt and roll; 0 is the planar scene',
-              0.0, 100.0, 'm'),
+              'street; they turn to both sides by pan at most, tilt and roll; 0 is the planar '
+              'scene', 0.0, 100.0, 'm'),
     Parameter('motion', 0.0, 'largest motion of objects and poles in each frame', 0.0, 1000.0,
               'px'),
     Parameter('noise', 2.0, 'standard deviation of the noise of the sensors', 0.0, 255.0,

@@ -59,11 +59,7 @@ def inside(framed):
 
 
 class _Fitness:
-    """
-    The possibilities of the matches of one pair, as both readings use them.
-
-    planes: uint8 (D, R + 2, W), 255ths, framed
-    """
+    """The possibilities of the matches of a pair: planes, uint8 (D, R + 2, W), 255ths, framed."""
 
     def __init__(self, possibility, rows):
         """possibility: of the reading; rows: of the image."""
@@ -76,12 +72,7 @@ class _Fitness:
         return inside(chosen)
 
     def largest_elsewhere(self, pool, chromosome):
-        """
-        Return the possibility of the best other match of each cell: uint8 (R, C), 255ths.
-
-        Other matches are farther than SAME_MATCH disparities from the chromosome's. chromosome:
-        integers (R, C), indices of disparities
-        """
+        """Return the possibility of each cell's best match beyond SAME_MATCH: uint8 (R, C)."""
         framed, largest = self._framed(chromosome), np.zeros(self.planes.shape[1:], np.uint8)
         pool.each(lambda band: fill_largest_elsewhere(self.planes, framed, SAME_MATCH, *band[1:],
                                                       largest), cut_bands(self._rows))
@@ -98,11 +89,7 @@ class _Fitness:
 
 
 class LiteralFitness(_Fitness):
-    """
-    Eq. 3 and Eq. 4 of the chromosomes of one pair.
-
-    unit: sums in whole numbers are divided by it. Details: int64 (R,), the fitness of each row.
-    """
+    """Eq. 3 and 4 of the chromosomes of a pair; details: int64 (R,), of rows; unit: of sums."""
 
     unit = FULL
 
@@ -117,22 +104,14 @@ class LiteralFitness(_Fitness):
         return np.zeros((population, self._rows), np.int64)
 
     def set_pair(self, pool, luminances, greys, colours, slopes=None):
-        """
-        Set the pair that chromosomes are evaluated on.
-
-        luminances, colours, slopes: not used; greys: uint8 (R, C), of the left and the right image
-        """
+        """Set the pair to evaluate on; greys: uint8 (R, C), of both images; others: not used."""
         left, right = greys
         self._possibility.set_pair(left, right)
         self._reference_gradient = gradient_norm(left)
         gradient_by_index(gradient_norm(right), self._config.min_disparity, self._target_gradient)
 
     def evaluate(self, genes, chosen, details, first, last):
-        """
-        Write the details of a chromosome after the genes of some rows changed; return the sum.
-
-        genes: uint16, chosen: uint8 255ths, written, (R + 2, W); first, last: rows
-        """
+        """Write `chosen` and details after genes of some rows changed; return the sum."""
         fill_chosen(self.planes, genes, first, last, chosen)
         genes, chosen = inside(genes), inside(chosen)
         side, gradients = self._config.neighbourhood, (
@@ -176,11 +155,7 @@ class UniformFitness(_Fitness):
             self.colours, self._similar, *band[1:], self.weights), cut_bands(self._rows))
 
     def evaluate(self, genes, chosen, details, first, last):
-        """
-        Write the details of a chromosome after the genes of some rows changed; return the sum.
-
-        genes: uint16, chosen: uint8 255ths, written, (R + 2, W); first, last: rows
-        """
+        """Write `chosen` and details after genes of some rows changed; return the sum."""
         fill_chosen(self.planes, genes, first, last, chosen)
         first, last = max(first - 1, 0), min(last + 1, self._rows)
         total = fill_fitness(genes, chosen, self.weights, self._columns, first, last, details)

@@ -34,11 +34,7 @@ UNSETTLED = 8.0     # share of confidence lost per share of growth of the fitnes
 
 
 class PaperState(NamedTuple):
-    """
-    What the profile adds to a `FrameState`.
-
-    genes: uint16 (P, R, C), the population, the fittest chromosome first
-    """
+    """What the profile adds to a `FrameState`; genes: uint16 (P, R, C), the fittest first."""
 
     genes: np.ndarray
 
@@ -96,11 +92,7 @@ LITERAL_STAGES = Stages(operators.select, operators.cross_at_lines,
 
 
 class PaperMatcher:
-    """
-    A population of disparity maps of one image size.
-
-    population: the `Population` of the last pair; state_type: of what it adds to a `FrameState`
-    """
+    """Matches by a population of maps of one image size; population: that of the last pair."""
 
     state_type = PaperState
 
@@ -211,11 +203,7 @@ class PaperMatcher:
         self._tools.each(config.population, initialise)
 
     def _result(self, growth):
-        """
-        Return the disparities of the fittest map and their confidence: float32 (R, C).
-
-        growth: of the fitness in the last generation, as a share
-        """
+        """Return disparity and confidence of the fittest map: float32 (R, C); growth: a share."""
         best = self.population.genes[self.population.best]
         confidence = np.interp(10 * cv2.blur(self.certainty_of(best), (AROUND, AROUND)),
                                range(11), CALIBRATION)

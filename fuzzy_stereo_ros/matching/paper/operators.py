@@ -36,11 +36,7 @@ FUSIONS = 10                # in a whole run, of which those before it are left 
 
 
 class OperatorTools:
-    """
-    What all operators need: the configuration, threads, the fitness, and memory of each thread.
-
-    pool: a `ThreadPool`; fitness: a `LiteralFitness` or a `UniformFitness`
-    """
+    """What operators need: configuration, `ThreadPool`, fitness, and memory of each thread."""
 
     def __init__(self, config, pool, fitness, shape):
         """shape: (R + 2, W), of framed maps."""
@@ -98,22 +94,14 @@ def survivors(survival, draws):
 
 
 def parent_pairs(chosen, first_draws, second_draws):
-    """
-    Return the parents of each child, two different ones where there are two: int64 (children, 2).
-
-    chosen: int64 (S,), the candidates; first_draws, second_draws: float64 (children,), below 1
-    """
+    """Return two parents of each child, unlike if possible: int64 (n, 2); draws: below 1."""
     first = (first_draws * chosen.size).astype(np.int64)
     further = 1 + (second_draws * (chosen.size - 1)).astype(np.int64)
     return np.stack([chosen[first], chosen[(first + further) % chosen.size]], axis=1)
 
 
 def select(tools, population, random):
-    """
-    Select parents: the fittest are retained, their children replace the others.
-
-    A single chromosome is replaced by its own child.
-    """
+    """Select parents: the fittest stay, their children replace the others, or one alone."""
     ranked = fittest_first(population.totals)
     retained = ranked[:elite_size(ranked.size)]
     children = ranked[retained.size:] if ranked.size > 1 else ranked
@@ -185,11 +173,7 @@ def take_over(tools, population, slot, other, exchange, crossover, most=1.0):
 
 
 def mutate_by_uniform_patches(tools, population, random):
-    """
-    Mutate a share of the children, the mutation rate, by patches of uniform cells.
-
-    A patch stays where the fitness of its cells and of those around them does not fall.
-    """
+    """Mutate a share of the children by patches; one stays unless the fitness around it falls."""
     children, fitness = population.lineage.children, tools.fitness
     patches = max(population.genes[0].size // CELLS_A_PATCH, 1)
     larger = larger_halves(min(tools.config.neighbourhood // 2, LARGEST_HALF))
@@ -248,11 +232,7 @@ def least_possible_level(chosen, share):
 
 
 def mutate_least_possible(tools, population, random):
-    """
-    Mutate each child by squares of the size of N on its least possible cells: the literal reading.
-
-    The mutation rate is the share of these cells; squares stay whether they gain or not.
-    """
+    """Put squares of N's size on each child's least possible cells, gain or not."""
     children, config = population.lineage.children, tools.config
     numbers = patch_numbers(population.genes[0].size, config.neighbourhood,
                             random.child(0).uniform(children.size))

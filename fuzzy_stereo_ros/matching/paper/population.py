@@ -9,11 +9,7 @@ import numpy as np
 
 
 class Lineage(NamedTuple):
-    """
-    The children of a generation and their parents; all other chromosomes survive.
-
-    children: int64 (n,), indices; parents: int64 (n, 2), indices in the former generation
-    """
+    """Children, int64 (n,), and their parents, int64 (n, 2), of a generation; others survive."""
 
     children: np.ndarray
     parents: np.ndarray
@@ -36,11 +32,7 @@ class Population:
     converged = False
 
     def __init__(self, config, rows, columns, fitness):
-        """
-        Allocate the population.
-
-        fitness: a `LiteralFitness` or a `UniformFitness`
-        """
+        """Allocate; fitness: a `LiteralFitness` or a `UniformFitness`."""
         size = config.population
         self.framed = np.zeros((size, rows + 2, columns + FRAME), np.uint16)
         self.chosen = np.zeros(self.framed.shape, np.uint8)

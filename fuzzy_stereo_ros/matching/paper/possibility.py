@@ -47,11 +47,7 @@ SOBEL_SCALE = 0.25      # of a Sobel response, to grey levels of 8 bits over one
 
 
 def membership(level, centre, sigma):
-    """
-    Return how much pixels belong to a fuzzy class, 0 to 1: Eq. 1.
-
-    level: any shape; centre, sigma: in the unit of the level
-    """
+    """Return how much pixels belong to a fuzzy class, 0 to 1: Eq. 1, all in one unit."""
     return np.exp(-(np.asarray(level, np.float64) - centre)**2 / (2.0 * sigma**2))
 
 
@@ -86,11 +82,7 @@ def shared_membership(first, second, sigma, centres):
 
 
 def compressed(gradient):
-    """
-    Return gradients, grey levels a pixel, on the scale of the gradient classes.
-
-    The logarithm spreads faint gradients and brings strong ones together. Not in the paper.
-    """
+    """Return the signed logarithm of gradients, which spreads faint ones: not in the paper."""
     return np.copysign(np.log1p(np.abs(gradient)), gradient)
 
 
@@ -169,11 +161,7 @@ def _slopes_across(labels, side):
 
 
 class LiteralPossibility:
-    """
-    Eq. 2 as printed; 0 for a match outside the target image.
-
-    planes: uint8 (D, R + 2, W), 255ths, framed
-    """
+    """Eq. 2 as printed, 0 outside the target; planes: uint8 (D, R + 2, W), 255ths, framed."""
 
     def __init__(self, config, rows, columns):
         """Allocate all that pairs of one size need."""
@@ -182,12 +170,7 @@ class LiteralPossibility:
         self.planes = np.zeros((config.disparities, rows + 2, columns + FRAME), np.uint8)
 
     def set_pair(self, left, right):
-        """
-        Write the possibilities of a pair: uint8 (R, C), grey levels.
-
-        The reference is the left image; the paper's, the right one, is had by mirroring and
-        exchanging both images, which is done above.
-        """
+        """Write the possibilities of a pair, uint8 (R, C), of which left is the reference."""
         columns = self._columns
         for shift, plane in enumerate(self.planes[:, 1:-1, 1:columns + 1], self._min_disparity):
             first, last = max(shift, 0), min(columns + shift, columns)
@@ -198,12 +181,7 @@ class LiteralPossibility:
 
 
 class UniformPossibility:
-    """
-    Eq. 2 over grey AND gradients, averaged over the uniform cells of N.
-
-    planes: uint8 (D, R + 2, W), 255ths, framed, a plane for each disparity, so that the rows of a
-    patch of one gene are contiguous
-    """
+    """Eq. 2 over grey AND gradients over N; planes: uint8 (D, R + 2, W), 255ths, framed."""
 
     def __init__(self, config, rows, columns):
         """Allocate all that pairs of one size need."""

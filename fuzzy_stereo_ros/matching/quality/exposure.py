@@ -20,11 +20,7 @@ SCALE = 255         # grey levels of a colour of 1
 
 
 def exposed_alike(left, right, match):
-    """
-    Return the right colours as the left camera would have exposed them; as they are where alike.
-
-    left, right: uint8 (R, C, 3); match: a `Match` of the left image, px
-    """
+    """Return right colours, uint8 (R, C, 3), as the left camera had exposed them, by a `Match`."""
     rows, columns = match.disparity.shape
     row, column = np.mgrid[PIXEL_STEP // 2:rows:PIXEL_STEP, PIXEL_STEP // 2:columns:PIXEL_STEP]
     sure = (match.confidence[row, column] > SURE_MATCH) & np.isfinite(match.disparity[row, column])

@@ -82,11 +82,7 @@ class PlaneFitness:
         self.trusted[:] = consistent
 
     def match_costs(self, pool, planes, selected=None):
-        """
-        Return the costs of the matches along planes, without trust: int16 (R, C), 0 to UNIT.
-
-        selected: bool (R, C), for which planes; 0 for others
-        """
+        """Return match costs along planes, without trust: int16 (R, C), 0 unless selected."""
         costs = np.zeros(self.trusted.shape, np.int16)
         selected = np.ones(costs.shape, np.bool_) if selected is None else selected
         pool.each(lambda band: kernels.plane_costs(

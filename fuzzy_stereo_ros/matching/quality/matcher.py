@@ -86,11 +86,7 @@ class Stages(NamedTuple):
 
 
 class QualityMatcher:
-    """
-    The stages of one image size.
-
-    population: the `Population` of the last pair; state_type: of what it adds to a `FrameState`
-    """
+    """The stages of one image size; population: that of the last pair."""
 
     state_type = QualityState
 

@@ -42,11 +42,7 @@ def listed(labels, number):
 
 
 def segments_of(roots):
-    """
-    Return the segments of an image, finest first: the `Regions` of each scale.
-
-    roots: float32 (R, C, 3)
-    """
+    """Return the `Regions` of segments of each scale, finest first; roots: float32 (R, C, 3)."""
     rows, columns = roots.shape[:2]
     pixels = rows * columns
     differences, order = np.zeros(2 * pixels, np.int16), np.zeros(2 * pixels, np.int32)

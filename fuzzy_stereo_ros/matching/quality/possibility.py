@@ -68,11 +68,7 @@ class Picture:
 
 
 class SupportPossibility:
-    """
-    The costs of all matches of a pair.
-
-    costs: uint16 (R, C, labels), 0 to FULL, labels padded to a multiple of LANES
-    """
+    """The costs of all matches of a pair: uint16 (R, C, labels), padded to LANES, 0 to FULL."""
 
     def __init__(self, rows, columns, disparities):
         """Allocate for images of a size."""
@@ -86,11 +82,7 @@ class SupportPossibility:
         self._parts = list(zip(edges, edges[1:]))
 
     def set_pair(self, left, right, first_inside):
-        """
-        Set a pair, each image as (colour, luminance).
-
-        first_inside: first column of the right image, moved, that exists
-        """
+        """Set two (colour, luminance); first_inside: first column of the right one, moved."""
         self._colour, self._first_inside = left[0], first_inside
         self._luminance = left[1], right[1]
         self._left.read_colour(left[0])
@@ -130,10 +122,6 @@ def padded(disparities):
 
 
 def moved(image, shift):
-    """
-    Return an image moved to the right by `shift` columns, its border repeated.
-
-    image: (colour, luminance), uint8 (R, C, 3) and float32 (R, C), B + 2 G + R, finer than 8 bits
-    """
+    """Return (colour, luminance) moved to the right by `shift` columns, its border repeated."""
     columns = np.arange(image[1].shape[1])
     return tuple(np.take(part, columns - shift, 1, mode='clip') for part in image)

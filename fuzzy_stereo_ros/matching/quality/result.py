@@ -41,11 +41,7 @@ def consistent(pool, disparity, other, lowest):
 
 
 def averaged_with_seed(disparity, seed):
-    """
-    Return the disparities of planes, averaged with those of the seed where both are near.
-
-    The seed is measured pixel by pixel, a plane over a region: they err in different ways.
-    """
+    """Return planes' disparities, averaged with the seed's, which err otherwise, where near."""
     near = abs(disparity - seed.surface) <= SEED_NEAR
     return disparity + near * np.float32(SEED_SHARE) * (seed.surface - disparity)
 
@@ -111,11 +107,7 @@ def contrast(view, disparity, lowest):
 
 
 def refine(pool, config, population, seed, random):
-    """
-    Return disparities, px, and confidence, 0 to 1: float32 (R, C).
-
-    population: the evolved `Population`; seed: the `Seed` of the left view; random: a `Random`
-    """
+    """Return disparities, px, and confidence, 0 to 1: float32 (R, C); seed: of the left view."""
     left, right = population.views
     planes = left.disparities
     validity = compare(pool, planes, right.disparities, config.min_disparity)

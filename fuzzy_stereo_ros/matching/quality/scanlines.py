@@ -106,11 +106,7 @@ class Strip(NamedTuple):
 
 
 def cut_strips(rows, costs_a_row, reach, most=MOST_COSTS):
-    """
-    Return the `Strip`s of an image, as few as fit, of the same number of rows in memory.
-
-    reach: rows around a strip that its costs and paths depend on; most: costs in memory
-    """
+    """Return the fewest `Strip`s with `reach` rows around that fit, of one height in memory."""
     for count in range(1, rows + 1):
         inner = -(-rows // count)
         height = min(inner + 2 * reach, rows)
@@ -180,11 +176,7 @@ class ScanlineStrips:
 
 
 def pixel_costs(pool, left, right, disparities, first_inside):
-    """
-    Return the costs of the matches of a pair, without supports: uint8 (R, C, labels).
-
-    left, right: (colour, luminance), first_inside: see SupportPossibility.set_pair
-    """
+    """Return costs without supports: uint8 (R, C, labels); see SupportPossibility.set_pair."""
     rows, columns = left[1].shape
     labels = padded(disparities)
     volume = np.empty((rows, columns, labels), np.uint8)

@@ -119,11 +119,7 @@ class ScanlineSeed:
             labels=found.labels.copy(), margins=found.margins.copy())
 
     def _search(self, child, parent, surface, weak, in_time):
-        """
-        Choose the labels of a child; return whether there was time for all of it.
-
-        surface: float32 (R, C), px, of the parent; weak: float32 (R, C), how weak the texture is
-        """
+        """Choose a child's labels by the parent's surface, px; return whether time was left."""
         weights = np.float32(child.strong) + np.float32(child.weak - child.strong) * weak
         whole = np.rint(surface).astype(np.int16)
         for strip in self._scanlines.strips:

@@ -25,11 +25,7 @@ _TOGETHER = 16           # rows that are divided at a time
 
 
 def consistency_of(pool, labels, target, disparities, target_range):
-    """
-    Return the validity of labels, int16 (R, C): whether the target's pixels chose the same.
-
-    target_range: the first and the last column of the (moved) target that exist
-    """
+    """Return the validity of labels, int16 (R, C), by the target; target_range: its columns."""
     validity = np.empty(labels.shape, np.uint8)
     pool.each(lambda band: consistency.check_consistency(
         labels, target, disparities, target_range, validity, *band[1:]), cut_bands(len(labels)))
