@@ -8,8 +8,8 @@ from fuzzy_stereo_ros.evaluation.matchers import Ours
 from fuzzy_stereo_ros.matching import MatcherConfig
 from fuzzy_stereo_ros.matching.kernels.possibility.costs import Prior, weight_of
 from fuzzy_stereo_ros.matching.paper import operators
+from fuzzy_stereo_ros.matching.paper.fitness import Lineage
 from fuzzy_stereo_ros.matching.paper.matcher import Stages as PaperStages
-from fuzzy_stereo_ros.matching.paper.population import Lineage
 from fuzzy_stereo_ros.matching.quality.matcher import Stages as QualityStages
 from fuzzy_stereo_ros.matching.quality.operators import OPERATORS
 from fuzzy_stereo_ros.matching.realtime.generation import Generation

@@ -15,8 +15,7 @@ import time
 from typing import NamedTuple
 
 import cv2
-from fuzzy_stereo_ros.matching.row_offsets import misalignment_of, terms_at
-from fuzzy_stereo_ros.matching.shared_features import features_in_common
+from fuzzy_stereo_ros.matching.row_offsets import features_in_common, misalignment_of, terms_at
 import numpy as np
 
 TIME_SHARE = 0.004  # share of the matching time that may be spent on the search for causes

@@ -15,8 +15,8 @@ from fuzzy_stereo_ros.matching.bands import cut_bands
 from fuzzy_stereo_ros.matching.kernels.possibility.row_alignment import shift_rows
 from fuzzy_stereo_ros.matching.plausibility import CONFIRMED, mean_confidence, MEMORY
 from fuzzy_stereo_ros.matching.row_offsets import (
-    CERTAIN, corner_offsets, feature_offsets, FEWEST, misalignment_of, normalised_half,
-    PAIRS_OF_SWING, PLACES, terms_at)
+    CERTAIN, corner_offsets, feature_offsets, FEWEST, misalignment_of, normalised, PAIRS_OF_SWING,
+    PLACES, reduced, terms_at)
 import numpy as np
 
 # px of significant offset from which rows are moved, and moved again
@@ -174,9 +174,10 @@ class RowAlignment:
         matcher.setMinDisparity(self._lowest // 2)
         matcher.setUniquenessRatio(UNIQUE)
         matcher.setDisp12MaxDiff(1)
-        left, lowest = normalised_half(left), 16 * (self._lowest // 2)
-        fewer, more = (np.count_nonzero(matcher.compute(left, normalised_half(
-            self._shifted(pool, right, terms))) >= lowest) for terms in (undone, measured.terms))
+        left, lowest = reduced(normalised(left), 2), 16 * (self._lowest // 2)
+        fewer, more = (np.count_nonzero(matcher.compute(left, reduced(normalised(
+            self._shifted(pool, right, terms)), 2)) >= lowest)
+            for terms in (undone, measured.terms))
         return more >= FEWER * fewer
 
     def _shifted(self, pool, image, terms):

@@ -33,6 +33,11 @@ LARGEST_OFFSET = 10.0  # px, largest row offset; larger ones are outliers
 FEATURES = 1000     # at most in an image of half size
 FEATURE_SIZE = 24   # half-size px, side of the patch that a feature describes
 FAST = 7            # grey levels by which a feature differs from the circle around it
+# Of features that are compared wherever they lie.
+REDUCED_COLUMNS = 560   # about so many, of images that are reduced to find features
+COMMON, PATCH = 500, 31     # at most in an image; reduced px, side of a patch
+UNIQUE = 0.85       # share of the second best distance
+WANTED_CONTRAST, MOST_GAIN = 30.0, 4.0     # grey levels that a dull image gets, and largest factor
 BITS_ALIKE = 60     # of 256 bits, by which two features of one point may differ
 FOUND_ERROR = 3.0   # px from the matched feature that the flow may end
 BEYOND = 2          # px of disparity beyond the range in which features are matched
@@ -178,6 +183,51 @@ def terms_at(column, row, rows, columns):
 PLACES = terms_at(*np.mgrid[:3, :3].reshape(2, -1).astype(float), 3, 3)
 
 
+class Features(NamedTuple):
+    """
+    Features that two images have in common, px of the images as they are.
+
+    number: of features of the left image, before any were compared. places: float64 (N, 2),
+    column and row in the right image. disparities, lower: float64 (N,), by how much the
+    feature is farther left and lower in the right image. pixel: px of a reduced image's pixel.
+    """
+
+    number: int
+    places: np.ndarray
+    disparities: np.ndarray
+    lower: np.ndarray
+    pixel: int
+
+
+def features_in_common(left, right):
+    """Return the Features, by ORB of one scale, that are each other's best of two uint8 (R, C)."""
+    pixel = max(1, round(left.shape[1] / REDUCED_COLUMNS))
+    none = Features(0, np.empty((0, 2)), np.empty(0), np.empty(0), pixel)
+    if min(left.shape) < 2 * PATCH * pixel:
+        return none
+    (ours, our_bits), (theirs, their_bits) = (_features(
+        _with_contrast(reduced(image, pixel)), pixel, COMMON, PATCH) for image in (left, right))
+    if min(len(ours), len(theirs)) < 2:
+        return none._replace(number=len(ours))
+    matcher = cv2.BFMatcher(cv2.NORM_HAMMING)
+    back = {one.queryIdx: one.trainIdx for one in matcher.match(their_bits, our_bits)}
+    chosen = [(best.queryIdx, best.trainIdx)
+              for best, second in matcher.knnMatch(our_bits, their_bits, 2)
+              if best.distance < min(UNIQUE * second.distance, BITS_ALIKE)
+              and back[best.trainIdx] == best.queryIdx]
+    mine, its = np.array(chosen, int).reshape(-1, 2).T
+    places = theirs[its].astype(np.float64)
+    disparities, higher = (ours[mine] - places).T
+    return Features(len(ours), places, disparities, -higher, pixel)
+
+
+def _with_contrast(image):
+    """Return an image, a dull one with more contrast: uint8."""
+    mean, spread = (one.item() for one in cv2.meanStdDev(image))
+    gain = float(np.clip(WANTED_CONTRAST / max(spread, 1e-6), 1, MOST_GAIN))
+    return cv2.addWeighted(image, gain, image, 0, (1 - gain) * mean)
+
+
 def feature_offsets(left, right, min_disparity, disparities):
     """
     Return points of a pair, found without a disparity: float64 (N, 3).
@@ -189,11 +239,9 @@ def feature_offsets(left, right, min_disparity, disparities):
     rows, columns = left.shape[:2]
     if min(rows, columns) < 4 * WINDOW:
         return np.empty((0, 3))
-    left, right = _normalised(left), _normalised(right)
-    detector = cv2.ORB_create(FEATURES, nlevels=1, edgeThreshold=FEATURE_SIZE // 2,
-                              patchSize=FEATURE_SIZE, fastThreshold=FAST)
-    (there, left_bits), (here, right_bits) = (_features(detector, image)
-                                              for image in (left, right))
+    left, right = normalised(left), normalised(right)
+    (there, left_bits), (here, right_bits) = (
+        _features(reduced(image, 2), 2, FEATURES, FEATURE_SIZE) for image in (left, right))
     if not len(there) or not len(here):
         return np.empty((0, 3))
     least, most = min_disparity - BEYOND, min_disparity + disparities + BEYOND - 1
@@ -216,7 +264,7 @@ def corner_offsets(left, right, disparity, confidence, terms=(0.0, 0.0, 0.0, 0.0
     rows, columns = disparity.shape
     if min(rows, columns) < 4 * WINDOW:
         return np.empty((0, 3))
-    left, right = _normalised(left), _normalised(right)
+    left, right = normalised(left), normalised(right)
     corners = _confident_corners(left, confidence)
     column, row = corners.astype(int).T
     expected = corners.copy()
@@ -303,17 +351,12 @@ def _densest(offsets):
     return float(places[np.argmax(density)])
 
 
-def _normalised(image):
+def normalised(image):
     """Return a grey image without its local mean, at equal contrast, as gains differ: uint8."""
     grey = cv2.cvtColor(image, cv2.COLOR_BGR2GRAY) if image.ndim == 3 else image
     mean = cv2.blur(grey, (WINDOW, WINDOW))
     gain = CONTRAST / max(cv2.mean(cv2.absdiff(grey, mean))[0], 1e-6)
     return cv2.addWeighted(grey, gain, mean, -gain, 128, dtype=cv2.CV_8U)
-
-
-def normalised_half(image):
-    """Return a grey image of half the size at equal contrast: uint8 (R / 2, C / 2)."""
-    return reduced(_normalised(image), 2)
 
 
 def reduced(image, pixel):
@@ -323,10 +366,12 @@ def reduced(image, pixel):
         image[:rows * pixel, :columns * pixel], (columns, rows), interpolation=cv2.INTER_AREA)
 
 
-def _features(detector, image):
-    """Return features of an image, float32 (N, 2) column and row, and their uint8 (N, 32) bits."""
-    found, bits = detector.detectAndCompute(reduced(image, 2), None)
-    return 2 * cv2.KeyPoint.convert(found) + np.float32(0.5), bits
+def _features(image, pixel, number, side):
+    """Return places, float32 (N, 2) column and row, and uint8 (N, 32) bits in a reduced image."""
+    detector = cv2.ORB_create(number, nlevels=1, edgeThreshold=(side + 1) // 2, patchSize=side,
+                              fastThreshold=FAST)
+    found, bits = detector.detectAndCompute(image, None)
+    return pixel * cv2.KeyPoint.convert(found) + np.float32((pixel - 1) / 2), bits
 
 
 def _nearest(places, bits, other_places, other_bits, lowest, highest):

@@ -7,7 +7,7 @@ import math
 
 from fuzzed import examples
 from fuzzy_stereo_ros.matching import MatcherConfig, PROFILES, StereoMatcher
-from fuzzy_stereo_ros.matching.checks import MOST_PIXELS, MOST_SIDE
+from fuzzy_stereo_ros.matching.matcher import MOST_PIXELS, MOST_SIDE
 from fuzzy_stereo_ros.parameters.table import ROS_PARAMETERS
 from hypothesis import given, strategies as st
 from hypothesis.extra import numpy as arrays

@@ -18,8 +18,7 @@ from fuzzy_stereo_ros.matching.match import Match
 from fuzzy_stereo_ros.matching.over_frames.inheritance import Inheritance
 from fuzzy_stereo_ros.matching.paper import operators
 from fuzzy_stereo_ros.matching.paper.fitness import (
-    inside, LiteralFitness, SAME_MATCH, UniformFitness)
-from fuzzy_stereo_ros.matching.paper.population import Population
+    inside, LiteralFitness, Population, SAME_MATCH, UniformFitness)
 from fuzzy_stereo_ros.matching.paper.possibility import FULL, slopes_of
 import numpy as np
 

@@ -24,8 +24,7 @@ from fuzzy_stereo_ros.matching.kernels.genetic.exchange import differing_cells
 from fuzzy_stereo_ros.matching.kernels.genetic.literal_reading import place_patches
 from fuzzy_stereo_ros.matching.kernels.genetic.uniform_reading import (
     fill_exchange, fill_fitness_around, larger_halves, LARGEST_HALF, mutate_by_patches)
-from fuzzy_stereo_ros.matching.paper.fitness import inside
-from fuzzy_stereo_ros.matching.paper.population import Lineage
+from fuzzy_stereo_ros.matching.paper.fitness import inside, Lineage
 import numpy as np
 
 ELITE = 0.4                 # share of the population that is retained

@@ -10,7 +10,7 @@ from fuzzy_stereo_ros.matching.kernels.possibility import fuzzy_costs
 from fuzzy_stereo_ros.matching.kernels.possibility.fuzzy_costs import FULL
 from fuzzy_stereo_ros.matching.kernels.scanlines import eight_directions
 from fuzzy_stereo_ros.matching.quality.scanlines import SurfaceScanlines
-from fuzzy_stereo_ros.matching.quality.surface import cross, measure
+from fuzzy_stereo_ros.matching.quality.seed import cross, measure
 from hypothesis import given, settings, strategies as st
 import numpy as np
 import pytest

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 from fuzzy_stereo_ros.evaluation.scores import score
 from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
-from fuzzy_stereo_ros.matching.paper.population import Lineage
+from fuzzy_stereo_ros.matching.paper.fitness import Lineage
 from fuzzy_stereo_ros.synthetic.scenes import make_pair
 from fuzzy_stereo_ros.views.evolution import (
     FIRST, MUTATED, observe_generations, origin_of_fittest_child, Record, SECOND, Snapshot)
