@@ -39,13 +39,7 @@ class PairMatcher:
     """
 
     def __init__(self, config, scale=1.0, on_ready=None):
-        """
-        Compile nothing yet.
-
-        config: a MatcherConfig. scale: of the images, see PairReader. on_ready(config, error):
-        called in the second thread once a requested config is prepared; error is None, or the
-        exception because of which it cannot be.
-        """
+        """Compile nothing; on_ready(config, error): called in the thread that prepares."""
         self.config, self.last, self.change = config, None, ''
         self._scale, self._on_ready = scale, on_ready
         self._matcher, self._shape, self._reset = None, WARM_UP_SIZE, False

@@ -9,7 +9,7 @@ Exit codes: 0 done; 2 bad input, with one sentence on standard error; 130 interr
 141 broken pipe; 143 terminated. Others are the program's own.
 """
 import argparse
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 import ctypes
 import os
 import re
@@ -50,28 +50,33 @@ def run_program(make_parser, argv=None):
 
 
 @contextmanager
-def _sigterm_as_sigint():
+def catching(number, act):
     """
-    Handle SIGTERM, which stops services and containers, like Ctrl-C.
+    Yield a function that returns whether a signal came; act(times) is called each time.
 
-    Yields a function that returns whether SIGTERM was received. If SIGINT is ignored, as in the
-    background of a script, SIGTERM still ends the process at once.
+    Outside the main thread, where Python allows no signal handlers, it always returns False.
     """
     received = []
 
-    def interrupt(number, frame):
+    def handle(number, frame):
         received.append(number)
-        signal.raise_signal(signal.SIGINT)
+        act(len(received))
 
-    if (threading.current_thread() is not threading.main_thread()
-            or signal.getsignal(signal.SIGINT) is signal.SIG_IGN):
+    if threading.current_thread() is not threading.main_thread():
         yield lambda: False
         return
-    before = signal.signal(signal.SIGTERM, interrupt)
+    before = signal.signal(number, handle)
     try:
         yield lambda: bool(received)
     finally:
-        signal.signal(signal.SIGTERM, before)
+        signal.signal(number, before)
+
+
+def _sigterm_as_sigint():
+    """Catch SIGTERM, which stops services and containers, like Ctrl-C, unless that is ignored."""
+    if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:       # in the background of a script
+        return nullcontext(lambda: False)
+    return catching(signal.SIGTERM, lambda times: signal.raise_signal(signal.SIGINT))
 
 
 class Parser(argparse.ArgumentParser):

@@ -257,13 +257,7 @@ class CopiedMessages:
     """The messages of topics, a list, to be copied; nobody else must read the BagReader."""
 
     def __init__(self, bags, names=(), results=(), start=None, stop=None):
-        """
-        Choose the topics to copy.
-
-        names: of these topics; () = all but the results. results: names of topics that the
-        replay writes itself. start, stop: ns, as for `BagReader.messages`.
-        Raises ValueError for a topic that is missing, is a result, or cannot be copied.
-        """
+        """Choose topics, () = all but the results; ValueError for one that cannot be copied."""
         self.topics = [slashed(name) for name in names] or [
             topic for topic in bags.topics if topic not in results]
         for topic in self.topics:

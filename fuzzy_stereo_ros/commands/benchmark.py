@@ -113,13 +113,7 @@ def _memory_of(make):
 
 
 def take_turns(works, turns, frames):
-    """
-    Call the functions of {matcher: function of a frame's number} in turns; return a dict per call.
-
-    Its keys: matcher; milliseconds; processor, the processor time of all threads in ms; and what
-    the function returns, {name: number} or None. A first turn, which allocates memory, does not
-    count.
-    """
+    """Call functions of a frame number in turns; return a dict of times for each call."""
     for work in works.values():
         work(0)
     taken = []

@@ -86,8 +86,7 @@ def run(arguments, stream, progress_stream=None):
             if pairs is None:
                 match = observe_generations(config, left, right, observe)
                 for row, generation in zip(record.rows[1:], match.history):
-                    row.update(diversity=generation.diversity, gains=generation.gains,
-                               milliseconds=generation.milliseconds)
+                    row.update(gains=generation.gains, milliseconds=generation.milliseconds)
             else:
                 observe_frames(config, ([one.read() for one in pair] for pair in pairs), observe)
     finally:

@@ -42,14 +42,7 @@ def truth_and_mask(arguments, shape):
 
 
 def checked_outputs(arguments, checks, inputs=()):
-    """
-    Return {option without --: Path} of the output files of parsed arguments.
-
-    checks: {option: function that raises ValueError for a path with a wrong suffix}. inputs:
-    paths or None.
-    Raises ValueError if an output has no place, is an input or another output, or exists where
-    --overwrite is absent.
-    """
+    """Return {option: Path} of outputs, whose suffixes checks check; ValueError."""
     outputs = {name: Path(getattr(arguments, name)) for name in checks
                if getattr(arguments, name) is not None}
     taken = {Path(path).resolve(): 'an input' for path in inputs if path is not None}

@@ -111,12 +111,7 @@ def warped_to_right(truth):
 
 
 def seen_by_both(truth):
-    """
-    Return which pixels of the left image both cameras see: bool (R, C).
-
-    The truth of such a pixel is known, its match lies inside the right image, and no surface
-    that is nearer by more than a pixel is warped to the same place.
-    """
+    """Return which left pixels both cameras see, hidden by nothing nearer: bool (R, C)."""
     rows, target, inside = _targets(truth)
     nearest = warped_to_right(truth)
     seen = inside.copy()

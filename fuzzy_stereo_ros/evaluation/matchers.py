@@ -54,12 +54,7 @@ class Maps(NamedTuple):
 
 @dataclass(frozen=True)
 class Ours:
-    """
-    Our matcher: a profile, changed parameters {name: value}, and replaced stages.
-
-    Its maps are of the left image, as truths are; filled and matched on one thread, unless changes
-    say otherwise.
-    """
+    """Our matcher: a profile, changed parameters, replaced stages; maps of the left image."""
 
     name: str
     profile: str = 'realtime'

@@ -99,13 +99,7 @@ def measure(subject, matchers, disparities=None, repeats=1, show=None):
 
 
 def _match_frames(frames, matcher, start, task, mirrored):
-    """
-    Return the records of a matcher, one for each mask and map, the last pair and its last `Maps`.
-
-    frames: yields (name, pair of images). mirrored: whether to match the right image, too.
-    Returns no records and None twice if the matcher lacks a result. Raises NoSequence if the
-    frames differ in size, ValueError for a frame that cannot be matched.
-    """
+    """Return records by mask and map, the last pair and its `Maps`; [], None, None without."""
     match, match_mirrored = (matcher.begin(task, start) if used else None
                              for used in (True, mirrored))
     figures, rows, flickers, last, hints = {}, [], [], None, []
@@ -156,13 +150,7 @@ def _match_frames(frames, matcher, start, task, mirrored):
 
 
 def _own_figures(maps, other):
-    """
-    Return percentage of pixels with a disparity, mean confidence, percentage that agree.
-
-    other: the `Maps` of the mirrored pair, or None. Pixels agree with the right image if their
-    match there has the same disparity within TOLERANCE. None = the matcher has none, NaN = of no
-    pixel.
-    """
+    """Return density, mean confidence, and share that agrees with the mirrored pair; percent."""
     valid, confidence, agree = np.isfinite(maps.raw), maps.confidence, None
     if confidence is not None:
         confidence = float(confidence[valid].mean()) if valid.any() else math.nan
@@ -228,12 +216,7 @@ def by_family(results):
 
 
 def disparities_of(subject, truths, given):
-    """
-    Return the number of disparities to search from 0, and its source in words.
-
-    This is the number that the user has given, or that of the scene, or what the largest of the
-    truths needs: float32 (R, C), pixels, NaN = unknown; without truths what the first pairs show.
-    """
+    """Return the number to search from 0, and who says so: user, scene, truths, or first pairs."""
     if given is not None:
         return given, '--disparities'
     if subject.disparities is not None:

@@ -44,11 +44,7 @@ class ShownPair(NamedTuple):
 
 
 class Gallery:
-    """
-    The `ShownPair`s of scenes; of more than MOST_SCENES those of the best and the worst.
-
-    shown: {name of a scene: `ShownPair`}. ranked_by: name of the matcher that ranks the scenes.
-    """
+    """The `ShownPair`s of scenes by name, the best and worst by the errors of ranked_by."""
 
     def __init__(self, ranked_by):
         self.ranked_by, self.shown, self._errors, self._limits = ranked_by, {}, {}, {}

@@ -118,13 +118,7 @@ class ThreadPool:
         self.run(work, *self.shares(needs))
 
     def shares(self, needs):
-        """
-        Return how many tasks a kernel takes at most, call by call, and what these calls need.
-
-        Each thread calls it once, and the kernel itself waits for what tasks need.
-
-        needs: of each task, how many of the first tasks
-        """
+        """Return how many tasks a kernel, which waits itself, takes by calls, and needs."""
         return [len(needs)] * self.threads, [0] * self.threads
 
     def run(self, work, items, needs):

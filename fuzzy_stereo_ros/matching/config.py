@@ -159,13 +159,7 @@ class MatcherConfig:
         return replace(name, **changes)
 
     def at_scale(self, scale):
-        """
-        Return the configuration for images reduced to a scale, 0 < scale <= 1.
-
-        Lengths (px) and areas (px²) are scaled, and stay above 0 where they are; the same
-        distances are searched. At scale 1 it is equal to this one. Raises ValueError for another
-        scale.
-        """
+        """Return it for images at a scale above 0, up to 1: lengths, areas scaled; ValueError."""
         if not 0 < scale <= 1:
             raise ValueError(f'scale is {scale!r}; allowed are numbers above 0 up to 1')
         first = math.floor(self.min_disparity * scale)

@@ -99,7 +99,6 @@ class Generation:
     A row of the history, also of a generation that the deadline cut short.
 
     number: from 1; best_fitness, mean_fitness: after the generation, higher is fitter
-    diversity: mean share of cells in which a chromosome differs from the fittest, 0 to 1
     milliseconds: how long the generation took
     gains: by how much the best fitness rose, by name of operator
     """
@@ -107,7 +106,6 @@ class Generation:
     number: int
     best_fitness: float
     mean_fitness: float
-    diversity: float
     milliseconds: float
     gains: dict
 
@@ -139,26 +137,11 @@ def evolve(population, operators, random, budget, observe=None, durations=None):
         milliseconds = (time.perf_counter_ns() - started) / 1e6
         history.append(Generation(
             number, float(population.fitness[population.best]), float(population.fitness.mean()),
-            diversity(population.genes, population.best), milliseconds, gains))
+            milliseconds, gains))
         if observe is not None:
             observe(number, population.genes)
         number += 1
     return history
-
-
-def diversity(genes, best, step=8):
-    """
-    Return the mean share of cells in which the other chromosomes differ from the best, 0 to 1.
-
-    Only every `step`-th row and column is read, which is enough for a share.
-
-    genes: any numbers (P, R, C); best: index of the fittest
-    """
-    if len(genes) < 2:
-        return 0.0
-    sample = genes[:, ::step, ::step]
-    different = np.mean(sample != sample[best])
-    return float(different * len(genes) / (len(genes) - 1))
 
 
 class Stopwatch:

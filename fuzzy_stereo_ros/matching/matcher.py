@@ -108,13 +108,7 @@ class StereoMatcher:
         self.state, self.rows = state, Rows() if rows is None else rows
 
     def warm_up(self, rows, columns):
-        """
-        Compile the kernels, or load them from the cache, and take memory for images of a size.
-
-        Every kind of image is matched, cold and warm, on a matcher that is thrown away; once in a
-        process for each configuration, whose kernels then stay in memory.
-        Raises ValueError for a size that cannot be matched.
-        """
+        """Compile or load the kernels, once a configuration, and take memory for a size."""
         check_size(rows, columns)
         match_warm_up_pairs(self.config)
         algorithm = self._algorithm_of((rows, columns), searched(self.config, columns))

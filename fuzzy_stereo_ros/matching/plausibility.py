@@ -201,7 +201,8 @@ class Evidence:
         self.match, self.config, self.scale, self.infinity = match, config, scale, infinity
         self.images, self.still = _in_grey(left, right), still
         self.shares = [textured_share(image) for image in self.images]
-        self.same = is_one_picture(left, right)
+        self.same, first = is_one_picture(left, right), config.min_disparity
+        self.searched = first / scale, (first + config.disparities - 1) / scale
 
     def closer(self):
         """Compare features; return this evidence."""
@@ -323,34 +324,34 @@ def _by_rows(evidence):
 
 
 def _by_range(evidence):
-    config, scale, number = evidence.config, evidence.scale, evidence.number
+    number, (first, last) = evidence.number, evidence.searched
     if number < FEWEST_FEATURES:
         return None
-    fewest, first = max(FEWEST_BEYOND, BEYOND * number), config.min_disparity / scale
-    least, most = np.percentile(evidence.disparities, (1, 99)) / scale
-    last = (config.min_disparity + config.disparities - 1) / scale
+    fewest = max(FEWEST_BEYOND, BEYOND * number)
+    least, most = np.percentile(evidence.disparities, (1, 99)) / evidence.scale
     if evidence.nearer >= fewest:
-        needed = -(-(most + RANGE_MARGIN - first) // ROUNDED) * ROUNDED
-        return Finding('range', f'{100 * evidence.nearer / number:.0f} % of the features in '
-                       f'common are nearer than the range reaches (up to {most:.0f} px, searched '
-                       f'are {first:.0f} to {last:.0f}): search {needed:.0f} disparities',
-                       needed=(first, first + needed - 1))
+        return _more(
+            first, most + RANGE_MARGIN - first, f'{100 * evidence.nearer / number:.0f} % of the '
+            f'features in common are nearer than the range reaches (up to {most:.0f} px, searched '
+            f'are {first:.0f} to {last:.0f})')
     return evidence.farther >= fewest and Finding(
         'range', f'{100 * evidence.farther / number:.0f} % of the features in common are farther '
         f'than the range begins (from {least:.0f} px, searched are {first:.0f} to {last:.0f}): '
         f'lower min_disparity to {least - RANGE_MARGIN:.0f}', needed=(least - RANGE_MARGIN, last))
 
 
+def _more(first, wanted, fault, more=''):
+    needed = -(-wanted // ROUNDED) * ROUNDED
+    return Finding('range', f'{fault}: search {needed:.0f} disparities{more}',
+                   needed=(first, first + needed - 1))
+
+
 def _by_matches(evidence):
-    match, config, scale = evidence.match, evidence.config, evidence.scale
+    match, config, (first, last) = evidence.match, evidence.config, evidence.searched
     if match.beyond > NEARER:
-        first = config.min_disparity / scale
-        last = (config.min_disparity + config.disparities - 1) / scale
-        needed = -(-match.enough / scale // ROUNDED) * ROUNDED
-        return Finding('range', f'{100 * match.beyond:.1f} % of the matches are nearer than the '
-                       f'range reaches (disparity above {last:.0f}) and were rejected: search '
-                       f'{needed:.0f} disparities or more',
-                       needed=(first, first + needed - 1))
+        return _more(first, match.enough / evidence.scale, f'{100 * match.beyond:.1f} % of the '
+                     f'matches are nearer than the range reaches (disparity above {last:.0f}) and '
+                     'were rejected', ' or more')
     return is_late(match, config) and Finding(
         'deadline', f'the deadline of {config.deadline_ms:g} ms ended before the first '
         f'generation, after {match.times["total"]:.0f} ms; the result is where evolution would '

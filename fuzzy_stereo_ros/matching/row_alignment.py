@@ -100,14 +100,7 @@ class RowAlignment:
         self._fitted, self._seen = (None, None), (None, None, None)
 
     def align(self, pool, rows, left, right, rig):
-        """
-        Return the right image at the rows of the left one, and the Rows.
-
-        pool: the ThreadPool; rows: the Rows after the previous pair; left, right: uint8 or uint16,
-        (R, C) or (R, C, 3); rig: of `rig_of`; another rig is measured anew. Where less than
-        LEAST_OFFSET is to be undone the right image is returned as it is; else the next pair
-        overwrites the one that is returned.
-        """
+        """Return right at the rows of left, which the next pair overwrites, and the Rows."""
         rows = self._stepped(rows.of(rig), left.shape[:2])      # by this configuration
         if rows.pair == rows.search:
             rows = self._searched(pool, rows, left, right)
@@ -195,12 +188,7 @@ class RowAlignment:
         return self._moved
 
     def nearest_seen(self, rows, shape):
-        """
-        Return for the outer rows of an image which rows the right image has, see HIDDEN.
-
-        rows: of `align`; shape: rows and columns of the image. Returns an index of n rows, and the
-        nearest row that the right image has of each of their pixels, int64 (n, C)
-        """
+        """Return the outer rows, and the nearest that right has, int64 (n, C): see HIDDEN."""
         if rows.undone is not self._seen[0] or shape != self._seen[1]:
             self._seen = rows.undone, shape, self._nearest_seen(rows, *shape)
         return self._seen[2]

@@ -255,12 +255,7 @@ def feature_offsets(left, right, min_disparity, disparities):
 
 
 def corner_offsets(left, right, disparity, confidence, terms=(0.0, 0.0, 0.0, 0.0)):
-    """
-    Return points of a pair whose disparity is known: float64 (N, 3), as of `feature_offsets`.
-
-    left, right: uint8 or uint16, (R, C) or (R, C, 3) BGR. disparity, confidence: of a Match.
-    terms: (4,), the row offset that is expected
-    """
+    """Return points as `feature_offsets` of a pair with a disparity and an expected row offset."""
     rows, columns = disparity.shape
     if min(rows, columns) < 4 * WINDOW:
         return np.empty((0, 3))
@@ -275,12 +270,7 @@ def corner_offsets(left, right, disparity, confidence, terms=(0.0, 0.0, 0.0, 0.0
 
 
 def _flow(left, right, corners, expected, row_error):
-    """
-    Return the points of `feature_offsets` of corners whose place in the right image is expected.
-
-    corners, expected: float32 (N, 2), column and row; row_error: px that a point may lie from
-    there along the row
-    """
+    """Return points of corners, float32 (N, 2), that lie within row_error px of where expected."""
     rows, columns = left.shape
     inside = ((corners[:, 1] > WINDOW) & (corners[:, 1] < rows - WINDOW)
               & (expected[:, 0] > WINDOW) & (expected[:, 0] < columns - WINDOW))

@@ -103,13 +103,7 @@ class Diagnostics:
         self._node.destroy_publisher(self._publisher)
 
     def publish(self, now, counts, values, state, finding=None, left_out=()):
-        """
-        Publish the status at a time in s; return what is wrong with the rows, '' for nothing.
-
-        counts: {key: number} of `counts_of`. values: {key: text}, further ones. finding: why
-        little can be matched, None if nothing is suspicious. left_out: topics with subscribers
-        that cannot be made.
-        """
+        """Publish at a time in s; return what is wrong with the rows, '' for nothing."""
         rates = self.rates(now, counts)
         level, sentence = status_of(state, rates, self._rejection)
         doubtful, rows = self._rows(finding)

@@ -28,14 +28,7 @@ class SimulatedCameras(Node):
 
     def __init__(self, node_name, focal, baseline, offset=0.0, reliable=False, compressed=False,
                  depth=10, **options):
-        """
-        Advertise the topics; publish nothing yet.
-
-        focal: px. baseline: m. offset: px, cx of the left camera minus that of the right one.
-        reliable: publish with reliable QoS, else best effort as camera drivers do. compressed:
-        publish PNG on <side>/image_rect/compressed instead of raw images. depth: of the QoS
-        history. options: of rclpy's Node.
-        """
+        """Advertise topics; focal, offset: px; baseline: m; options: of a Node."""
         super().__init__(node_name, **options)
         self.sent = []
         self._focal, self._baseline, self._offset = focal, baseline, offset

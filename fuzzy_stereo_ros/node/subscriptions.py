@@ -28,13 +28,7 @@ class Subscriptions:
     """
 
     def __init__(self, node, settings, synchroniser, receive):
-        """
-        Create no subscription yet.
-
-        settings: {name: value} of the node. receive(topic, message): called with each message.
-        synchroniser: the Synchroniser of these messages; it is cleared when the subscriptions
-        end, and its counts explain why no pair comes.
-        """
+        """Create none yet; receive(topic, message): called with each; settings: by name."""
         self._node, self._settings = node, settings
         self._synchroniser, self._receive = synchroniser, receive
         self.lost = dict.fromkeys(INPUT_TOPICS, 0)

@@ -13,13 +13,7 @@ class Worker:
     """Processes the newest item in a thread; submitted = done + failed + dropped + pending."""
 
     def __init__(self, begin, work, on_error):
-        """
-        Start the thread.
-
-        begin(): called first. work(item): called for each item. on_error(item, error): called
-        with each exception of work, and of begin with item None; the thread goes on after it.
-        All three are called in the thread.
-        """
+        """Start with begin(), then work(item); on_error(item, error): of both; in the thread."""
         self._begin, self._work, self._on_error = begin, work, on_error
         self._wake = threading.Condition()
         self._waiting, self._closed = [], False

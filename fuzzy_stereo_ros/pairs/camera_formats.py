@@ -244,13 +244,7 @@ def _depthai(paths, contents, shape, images):
 
 
 def _rectified(left, right, rotation, translation, shape):
-    """
-    Return the two Camera of raw ones: R and P by stereoRectify, without pixels that neither sees.
-
-    rotation (3, 3), translation: from left to right camera. shape: of the images; K is scaled to
-    it where it is of a larger or smaller image of the same field of view. Fisheyes keep the focal
-    length of the left one. Raises BadPair for lenses of two kinds.
-    """
+    """Return both Camera by stereoRectify, K scaled to a shape; BadPair for two kinds."""
     if (left.model == EQUIDISTANT) != (right.model == EQUIDISTANT):
         raise BadPair('calibration', f'the lenses are {left.model} and {right.model}; a pair '
                       'needs two fisheyes or none, or R1, R2, P1 and P2 of both')

@@ -242,13 +242,7 @@ def camera_and_frame(stem):
 
 
 def stamps_of(name, stems, rate=None):
-    """
-    Return the stamps, ns, of both cameras' files, and their origin in words.
-
-    name: of both, for a sentence. stems: two lists of names without suffixes. rate: frames per
-    second, which replaces the times in names.
-    Raises ValueError where the names do not tell which files belong together.
-    """
+    """Return stamps, ns, of both cameras' names and their origin; rate: instead of times."""
     times = _times(stems)
     if times and rate is None:
         return times, 'the times in the names'

@@ -36,13 +36,7 @@ class Synchroniser:
     """
 
     def __init__(self, topics, queue_size=5, tolerance=None, cached=()):
-        """
-        Make empty queues.
-
-        topics: names. cached: names of those that are cached; the first topic cannot be.
-        queue_size: most messages of a topic that wait, >= 1; with a tolerance at least
-        `SMALLEST_QUEUE`. tolerance: ns, 0 = any difference, None = equal stamps only.
-        """
+        """Make queues; tolerance: ns, 0 = any, None = equal stamps; cached: not the first."""
         self.topics = tuple(topics)
         self.received = dict.fromkeys(self.topics, 0)
         self.unmatched = dict.fromkeys(self.topics, 0)

@@ -163,15 +163,7 @@ class CameraOptions:
         return [field.name for field in fields(self) if getattr(self, field.name) is not None]
 
     def cameras(self, shape, purpose, raw=False, images=(), needed=ABOVE_ZERO):
-        """
-        Return the left and the right Camera, and their origin in words.
-
-        shape: (R, C) of the images. purpose: what requires cameras, for errors. raw: whether raw
-        images are to be rectified. images: as for `read_cameras`. needed: those required of
-        focal and baseline.
-        Raises ValueError if one is missing, for camera files of another size, and as
-        `read_cameras`.
-        """
+        """Return both Camera, for images of a shape, and their origin; ValueError if missing."""
         files = self.calibration
         found = files and read_cameras(files, shape, self.offset or 0.0, self.unit, images)
         if raw and (not found or is_of_one_camera(files) or found[0].r == UNKNOWN):

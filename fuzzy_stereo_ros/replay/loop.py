@@ -7,10 +7,8 @@ While a pair is matched, one thread reads the next pair and another writes the p
 """
 from collections import Counter
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 import signal
-import threading
 import time
 
 from fuzzy_stereo_ros.matching.plausibility import PlausibilityCheck
@@ -18,6 +16,7 @@ from fuzzy_stereo_ros.matching.row_alignment import Rows
 from fuzzy_stereo_ros.matching.row_offsets import Misalignment
 from fuzzy_stereo_ros.pair_matcher import camera_of, MatchedPair, without_missing
 from fuzzy_stereo_ros.pairs.stereo_pair import Calibration, kind_of
+from fuzzy_stereo_ros.program import catching
 from fuzzy_stereo_ros.replay.source import Rejection, rejection_of
 
 
@@ -162,21 +161,9 @@ def _count(item, outcome, config, stats, log):
     return MatchedPair(item.pair, match, config, None, Rows())
 
 
-@contextmanager
 def interruption():
-    """Yield whether SIGINT came, False beside the main thread; a second: KeyboardInterrupt."""
-    received = []
-
-    def handle(number, frame):
-        if received:
+    """Return a context of whether SIGINT came, see `catching`; a second: KeyboardInterrupt."""
+    def act(times):
+        if times > 1:
             raise KeyboardInterrupt
-        received.append(number)
-
-    if threading.current_thread() is not threading.main_thread():
-        yield lambda: False
-        return
-    before = signal.signal(signal.SIGINT, handle)
-    try:
-        yield lambda: bool(received)
-    finally:
-        signal.signal(signal.SIGINT, before)
+    return catching(signal.SIGINT, act)

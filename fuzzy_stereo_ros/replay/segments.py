@@ -95,12 +95,7 @@ def cut_into_segments(items):
 
 
 def match_in_segments(items, cluster, stats, stopped):
-    """
-    Yield each Item with its Match, its Rejection, or None, matched by a Cluster.
-
-    stats: counts segments, workers and warm-up. stopped(): whether to end early. Raises
-    DamagedBag, and ClusterError if no worker can match.
-    """
+    """Yield each Item with its Match, Rejection, or None, by a Cluster; errors: also its own."""
     waiting, damage = deque(), None
     try:
         for segment in cut_into_segments(items):
@@ -189,12 +184,7 @@ class Cluster:
 
 @contextmanager
 def opened_cluster(options, log):
-    """
-    Yield the Cluster of ReplayOptions; log(sentence): warns where versions may change bits.
-
-    Raises ValueError if Dask is not installed, ClusterError if there is no worker or one has
-    another version of this package.
-    """
+    """Yield the Cluster; log(sentence): of versions; ValueError without Dask, or ClusterError."""
     opened = ExitStack()
     try:
         # Interrupted while it starts, Dask would leave processes or print tracebacks.

@@ -75,12 +75,7 @@ def pose(rig, frame, drive, pan):
 
 
 def street(rig, disparities, frames, seed, options):
-    """
-    Return the list of Planes of a street that is as long as the drive.
-
-    Objects stand upright beside the lane; motion is their largest speed, px per frame, as seen in
-    the first frame.
-    """
+    """Return the Planes of a street as long as the drive; motion: speed of objects, px."""
     random = np.random.default_rng([seed, 4])
     nearest = 2 * rig.focal * rig.height / rig.rows     # m, distance of the nearest visible road
     grain = FINEST * nearest / rig.focal

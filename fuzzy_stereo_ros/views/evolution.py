@@ -59,13 +59,7 @@ class Snapshot(NamedTuple):
 
 
 def observe_generations(config, left, right, observe):
-    """
-    Match a pair cold and return its Match, which observing does not change.
-
-    config: MatcherConfig; its deadline is ignored, as observing takes time.
-    left, right: images of StereoMatcher.match. observe(snapshot): called with the Snapshot of the
-    initial population and of each generation. Raises ValueError as StereoMatcher.match does.
-    """
+    """Match a pair cold; return its Match; observe(snapshot): called with each, also the first."""
     config, former = replace(config, deadline_ms=0.0), None
 
     def take(number, population):
@@ -107,13 +101,7 @@ def _changed(best, before):
 
 
 def origin_of_fittest_child(former, population, fitness, lineage):
-    """
-    Return the origin, uint8 (R, C), of the genes of the fittest child of the paper's algorithm.
-
-    Genes of both parents count as FIRST, as do all without children.
-    former, population: (P, R, C) of two generations. fitness: float64 (P,) of the newer one.
-    lineage: its Lineage.
-    """
+    """Return the origin, uint8 (R, C), of genes of the fittest child; of both: FIRST."""
     if not lineage.children.size:
         return np.full(population.shape[1:], FIRST, np.uint8)
     place = fitness[lineage.children].argmax()

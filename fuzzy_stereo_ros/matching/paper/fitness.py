@@ -40,13 +40,7 @@ def gradient_norm(grey):
 
 
 def gradient_by_index(norm, min_disparity, by_index):
-    """
-    Write the gradient of the target so that column c finds index k at c - k + D - 1.
-
-    A match outside the target image has gradient 0: it weighs nothing in Eq. 3.
-
-    norm: uint16 (R, C), of the target; by_index: uint16 (R, C + D - 1), written
-    """
+    """Write norm, uint16 (R, C), so that column c finds index k at c - k + D - 1, or 0 outside."""
     columns, width = norm.shape[1], by_index.shape[1]
     shift = width - columns + min_disparity
     first, last = max(shift, 0), min(shift + columns, width)
@@ -124,12 +118,7 @@ class LiteralFitness(_Fitness):
 
 
 class UniformFitness(_Fitness):
-    """
-    The uniform reading of Eq. 3 for the chromosomes of one pair.
-
-    unit: sums in whole numbers are divided by it. Details: uint16 (R + 2, W), the fitness of each
-    cell. weights: uint8 (8, R + 2, W); colours: uint8 (3, R + 2, W); all framed.
-    """
+    """The uniform reading of Eq. 3 for a pair; details: uint16 (R + 2, W), of cells, framed."""
 
     unit = FULL * WEIGHTS * EQUAL
 
@@ -145,12 +134,7 @@ class UniformFitness(_Fitness):
         return np.zeros((population, *self.weights.shape[1:]), np.uint16)
 
     def set_pair(self, pool, luminances, greys, colours, slopes=None):
-        """
-        Set the pair that chromosomes are evaluated on.
-
-        luminances: uint16 (R, C), 1 / 256 grey level, of the left and the right image; greys: not
-        used; colours: uint8 (R, C, 3), of the left image; slopes: of N, see `UniformPossibility`
-        """
+        """Set a pair: luminances, uint16 (R, C); colours, uint8 (R, C, 3); slopes: of N."""
         inside(self.colours)[:] = np.moveaxis(colours, 2, 0)
         self._possibility.set_pair(pool, *luminances, self.colours, slopes)
         pool.each(lambda band: fill_neighbour_weights(

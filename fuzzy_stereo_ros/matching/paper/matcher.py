@@ -111,13 +111,7 @@ class PaperMatcher:
                            for name, operator in stages.operators.items()}
 
     def match(self, left, right, previous, random, budget, observe=None, camera=None):
-        """
-        Match a pair; return the `Match`, and the `FrameState` for the next one.
-
-        left, right: uint8 or uint16, (R, C) or (R, C, 3) BGR; previous: the previous frame's
-        FrameState or None; random, budget, observe: as `evolve` takes them; camera: a `Camera`
-        that may have moved, or None
-        """
+        """Match a pair with what `evolve` takes; return its `Match` and `FrameState`."""
         watch, inheritance, inherited = Stopwatch(), self._inheritance, False
         inheritance.read(self.pool, left, right, previous)
         if self._config.warm_start:

@@ -81,13 +81,7 @@ def rank_survival(number):
 
 
 def survivors(survival, draws):
-    """
-    Return the ranks that become parents: those whose probability exceeds their random number.
-
-    Children need two parents: where fewer survive, the two fittest do.
-
-    survival, draws: float64 (n,), from the fittest on; 0 to below 1
-    """
+    """Return the ranks, two at least, whose survival exceeds the draw: both float64 (n,)."""
     chosen = np.flatnonzero(survival > draws)
     return chosen if chosen.size >= 2 else np.arange(min(2, survival.size))
 
@@ -134,12 +128,7 @@ def cross_at_lines(tools, population, random):
 
 
 def cross_regions(tools, population, random):
-    """
-    Give each child its first parent's genes, and regions of the second's where it gains by them.
-
-    Parents that differ in more than `FEW_CELLS`, as random ones do, differ in one region: their
-    child is a copy of the first.
-    """
+    """Give each child its first parent's genes and, unless most differ, fitter regions."""
     children, parents = population.lineage
 
     def cross(number, thread):
@@ -151,12 +140,7 @@ def cross_regions(tools, population, random):
 
 
 def take_over(tools, population, slot, other, exchange, crossover, most=1.0):
-    """
-    Give a chromosome those genes of another that a crossover chooses, if it gains by them.
-
-    exchange: an `Exchange`; crossover: chooses cells in it; most: share of the cells; where the
-    chromosomes differ in more, nothing changes
-    """
+    """Give a chromosome what a crossover chooses of another's, if at most a share differs."""
     ours, theirs = population.chromosome(slot), population.chromosome(other)
     number = differing_cells(ours[0], theirs[0], exchange.all_cells)
     if not 0 < number <= most * population.genes[slot].size:
@@ -204,24 +188,13 @@ def fuse_retained(tools, population, random):
 
 
 def patch_numbers(cells, neighbourhood, draws):
-    """
-    Return how many patches are placed on each child: the paper's "one or several".
-
-    From one to as many as could cover the image once, each order of magnitude as likely as the
-    next: coarse search at first, fine search once large changes have ceased to pay. cells: R * C;
-    draws: float64 (children,), 0 to below 1
-    """
+    """Return 1 to as many patches as cover a child once, small orders of magnitude as likely."""
     most = max(cells // neighbourhood**2, 1)
     return (float(most)**draws).astype(np.int64)
 
 
 def least_possible_level(chosen, share):
-    """
-    Return the level below which a cell is one of the least possible ones, and a share of ties.
-
-    Every cell below the level is one, and of the cells at the level the share of ties: together
-    `share` of all cells.
-    """
+    """Return the level below which cells are the share of the least possible, and that of ties."""
     rows, columns = chosen.shape
     until = np.bincount(chosen.reshape(-1), minlength=256).cumsum()
     wanted = share * rows * columns

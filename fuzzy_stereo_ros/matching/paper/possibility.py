@@ -57,13 +57,7 @@ def memberships(level, centres, sigma):
 
 
 def matching_possibility(first, second, sigma, centres=GREY_CENTRES):
-    """
-    Return how possible it is that pixels of two levels match, 0 to 1: Eq. 2.
-
-    It is the maximum over the classes, fuzzy OR, of the smaller of both memberships, fuzzy AND.
-
-    first, second: shapes that broadcast, grey levels of 8 bits
-    """
+    """Return Eq. 2, 0 to 1, of two levels: over the classes OR of AND, maximum of minimum."""
     return np.minimum(memberships(first, centres, sigma),
                       memberships(second, centres, sigma)).max(axis=-1)
 
@@ -108,14 +102,7 @@ def very_possible_table():
 
 
 def class_levels(luminance):
-    """
-    Return the levels that fuzzy classes are defined on: of grey and of both gradients.
-
-    Gradients are of the luminance before it is rounded, for faint texture is all that plain
-    surfaces have.
-
-    luminance: uint16 (R, C), 1 / 256 of grey levels of 8 bits; levels: uint8 (3, R, C)
-    """
+    """Return levels of grey and both gradients of unrounded luminance, uint16: uint8 (3, R, C)."""
     grey = np.float32(1 / 256) * luminance
     gradients = [cv2.Sobel(grey, cv2.CV_32F, *order) * np.float32(SOBEL_SCALE)
                  for order in ((1, 0), (0, 1))]
@@ -136,13 +123,7 @@ def nearness(neighbourhood):
 
 
 def slopes_of(labels, neighbourhood):
-    """
-    Return by how much a map rises from cell to cell, across and down: the mean over N.
-
-    Steps from one surface to another, and cells that are not known, do not count.
-
-    labels: float32 (R, C), NaN = not known; neighbourhood: side of N; slopes: float32 (2, R, C)
-    """
+    """Return by how much labels, float32 (R, C), rise a cell over N, but for steps: (2, R, C)."""
     return np.stack([_slopes_across(labels, neighbourhood),
                      _slopes_across(labels.T, neighbourhood).T])
 
@@ -203,12 +184,7 @@ class UniformPossibility:
         self.planes = np.zeros((config.disparities, rows + 2, columns + FRAME), np.uint8)
 
     def set_pair(self, pool, left, right, colours, slopes=None):
-        """
-        Write the possibilities of a pair.
-
-        left, right: uint16 (R, C), luminance; colours: uint8 (3, R + 2, W), framed, of left;
-        slopes: float32 (2, R, C), of N across and down, labels a cell; None: N does not rise
-        """
+        """Write the possibilities; slopes: float32 (2, R, C), of N, labels a cell, or None."""
         across, down = self._flat if slopes is None else np.clip(
             slopes, -self._steepest, self._steepest)
 

@@ -21,12 +21,7 @@ UNTRUSTED = 5                    # trust in a match, of TRUSTED, where the views
 
 
 class PlaneFitness:
-    """
-    Measures plane maps, float32 (R, 3, C), of one view of a pair.
-
-    trusted: bool (R, C), where matches count in full
-    largest: the cost of a map of impossible matches; disparities_searched: their number
-    """
+    """Measures plane maps, float32 (R, 3, C), of a view; trusted: bool (R, C), where in full."""
 
     def __init__(self, rows, columns, disparities):
         """Allocate."""
@@ -102,12 +97,7 @@ class PlaneFitness:
         return int(costs.sum(dtype=np.int64)) + int(self._sums.sum())
 
     def fill(self, exchange, first, second, selected):
-        """
-        Write the changes of cost of taking the second parent's planes in the selected cells.
-
-        exchange: crossover.Exchange; first, second: planes and their trusted costs;
-        selected: bool (R, C)
-        """
+        """Write to an Exchange what the second `Parent`'s planes change in selected cells."""
         exchange.set_cells(selected)
         kernels.fill_exchange(first, second, self._smoothness, exchange.changes())
 

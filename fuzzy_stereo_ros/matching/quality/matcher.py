@@ -99,13 +99,7 @@ class QualityMatcher:
         self.population = None
 
     def match(self, left, right, previous, random, budget, observe=None, camera=None):
-        """
-        Match a pair; return the `Match`, and the `FrameState` for the next one.
-
-        left, right: uint8 or uint16 (R, C) or (R, C, 3); previous: the previous frame's
-        FrameState or None; random, budget, observe: as `evolve` takes them; camera: a `Camera`
-        that may have moved, or None
-        """
+        """Match a pair with what `evolve` takes; return its `Match` and `FrameState`."""
         watch, inheritance, inherited = Stopwatch(), self._inheritance, False
         self.population = None
         inheritance.read(self.pool, left, right, previous)
@@ -161,12 +155,7 @@ class QualityMatcher:
         return view.fitness_of(local_planes(self.pool, np.float32(chromosome), view.colour))
 
     def _starts(self, pairs, maps, budget, known):
-        """
-        Return the `Seed`s of both views.
-
-        maps: float32 (R, C), px from 0, their parents; known: whether the previous frame showed
-        nearly all: then the right map, which only judges the left one, is taken as it is
-        """
+        """Return both `Seed`s of maps, px from 0; known: the right map is taken as it is."""
         scanlines = ScanlineSeed(self._config, self.pool, *self._shape)
         return [uncrossed(pair[0], parent) if side and known
                 else scanlines.find(*pair, parent, budget.in_time)

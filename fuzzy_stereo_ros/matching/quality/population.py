@@ -43,12 +43,7 @@ class EvolvingView:
         return self.fitness.disparities(self.pool, self.planes)
 
     def propose(self, planes, regions, random):
-        """
-        Give the map the planes of a proposal where that makes it fitter.
-
-        planes: float32 (R, 3, C); regions: the `Regions` whose planes they are; a region that the
-        images are evidence against keeps its planes
-        """
+        """Take proposed planes, float32 (R, 3, C), of regions where fitter and founded."""
         pool, fitness = self.pool, self.fitness
         selected = (self.planes != planes).any(axis=1)
         match_costs = fitness.match_costs(pool, planes, selected)

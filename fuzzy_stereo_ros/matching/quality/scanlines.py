@@ -48,13 +48,7 @@ class SurfaceScanlines:
             signed[1:, :-1], signed[:-1, 1:])
 
     def search(self, pool, costs, disparities, small, parent, steepest, chosen, here=slice(None)):
-        """
-        Choose labels.
-
-        small: P1, as a share of P2; parent: int16 (R, C), the surface that paths follow; steepest:
-        its largest step that counts; chosen: the fields of `ChosenLabels`, written; here: the rows
-        whose labels are chosen
-        """
+        """Choose labels of rows `here` along parent, int16 (R, C); small: P1 a P2."""
         small, jump = (np.rint(share * JUMP).astype(np.uint16) for share in (small, 1))
         rows = self._costs_shape[0]
         begin, end, _ = here.indices(rows)
@@ -159,12 +153,7 @@ class ScanlineStrips:
         return self._possibility.costs
 
     def search(self, pool, strip, prior, small, parent, steepest):
-        """
-        Choose the labels of a strip by its costs, which `fill` has written.
-
-        prior: surface, weights, float32 (R, C), dead zone and cut of SupportPossibility.add_prior;
-        small, parent, steepest: see SurfaceScanlines.search
-        """
+        """Choose the labels of a filled strip by a prior; others: see SurfaceScanlines."""
         surface, weights, *zones = prior
         given = pool, surface[strip.around], weights[strip.around], *zones
         chosen = (every[strip.around] for every in (

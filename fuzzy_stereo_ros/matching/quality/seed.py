@@ -97,13 +97,7 @@ class ScanlineSeed:
         self._scanlines = ScanlineStrips(rows, columns, config.disparities)
 
     def find(self, left, right, parent, in_time):
-        """
-        Return the `Seed` of a pair: the first child with the fitter regions of the others.
-
-        left, right: (colour, luminance), see over_frames.Inheritance; parent: float32 (R, C), px
-        from 0, the map of the previous frame or of `realtime`; in_time: returns whether the
-        deadline is still ahead: else the seed is the parent
-        """
+        """Return the `Seed` of a pair, its first child with fitter regions, else the parent."""
         pool, found, lowest = self._pool, self._scanlines, self._config.min_disparity
         labels, start, children = self._config.disparities, uncrossed(left, parent), []
         inside = lowest, lowest + parent.shape[1] - 1
@@ -210,12 +204,7 @@ def smooth(pool, surface, colour, labels, radius=PLANE_RADIUS, limit=LIMIT):
 
 
 def measure(pool, costs, first, disparities, trust, maps, results):
-    """
-    Write the costs of the genes of maps in some rows, in halves of the costs' unit.
-
-    costs: uint16 (rows, C, labels), 0 to FULL, from row `first` of the frame on; disparities: how
-    many labels exist; trust, maps, results: float32 (R, C)
-    """
+    """Write half the costs of genes of maps from row first on; costs: uint16 (rows, C, labels)."""
     def measure_rows(begin):
         # Half of FULL becomes 0 in a byte: a fully impossible match is no evidence.
         half = (costs[begin:begin + _TOGETHER] >> _HALF).astype(np.uint8)

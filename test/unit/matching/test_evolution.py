@@ -6,7 +6,7 @@ import sys
 
 from fuzzy_stereo_ros.matching import (
     evolution, matcher as matcher_module, MatcherConfig, StereoMatcher)
-from fuzzy_stereo_ros.matching.evolution import Budget, diversity, evolve, Generation, Random
+from fuzzy_stereo_ros.matching.evolution import Budget, evolve, Generation, Random
 from fuzzy_stereo_ros.matching.matcher import ALGORITHMS
 from fuzzy_stereo_ros.synthetic.scenes import make_pair
 from hypothesis import given, settings, strategies as st
@@ -67,7 +67,6 @@ def test_a_row_of_history_says_what_the_generation_reached():
     assert row.best_fitness == 7
     assert row.mean_fitness == pytest.approx((1 + 7 + 3) / 3)
     assert row.gains == {'step': 1.0, 'rest': 0.0}
-    assert row.diversity == 0
     assert row.milliseconds >= 0
 
 
@@ -78,17 +77,6 @@ def test_equal_words_give_equal_numbers_from_0_to_below_1(words, number):
     np.testing.assert_array_equal(draws, Random(tuple(words)).uniform(number))
     assert draws.shape == (number,)
     assert ((draws >= 0) & (draws < 1)).all()
-
-
-@given(arrays.arrays(np.uint16, st.tuples(st.integers(1, 5), st.integers(1, 6),
-                                          st.integers(1, 6)), elements=st.integers(0, 2)),
-       st.data())
-def test_diversity_is_the_mean_share_of_cells_unlike_the_best(population, data):
-    best = data.draw(st.integers(0, len(population) - 1))
-    others = [np.mean(member != population[best])
-              for index, member in enumerate(population) if index != best]
-    expected = np.mean(others) if others else 0
-    assert diversity(population, best, step=1) == pytest.approx(expected)
 
 
 COMMON = {'disparities': 24, 'threads': 1, 'generations': 2, 'reference': 'left'}
