@@ -26,12 +26,7 @@ ROS_MODULE = re.compile(r'(rcl|rmw|ros|launch|ament_)|\w+_(interfaces|msgs|srvs)
 
 
 def run_program(make_parser, argv=None):
-    """
-    Run a program and return its exit code.
-
-    make_parser(): returns a `Parser` as `run_cleanly` takes it; it may take long. argv: None =
-    arguments of the process; without any, a program of commands prints its help.
-    """
+    """Run a program of the Parser that make_parser() returns, and return its exit code."""
     for name in ('stdout', 'stderr'):       # closed streams ignore what is written
         if getattr(sys, name) is None:
             setattr(sys, name, os.fdopen(os.open(os.devnull, os.O_WRONLY), 'w'))

@@ -155,8 +155,9 @@ def _write_files(folder, saved):
         'calibration': {**asdict(pair.calibration), 'left': pair.calibration.left._asdict(),
                         'remarks': list(pair.calibration.remarks)},
         'parameters': _parameters(saved.config), 'state': None, 'warm': match.warm,
-        'reused': match.reused, 'beyond': match.beyond, 'enough': match.enough,
-        'motion': match.motion, 'times': _floats(match.times),
+        'reused': match.reused, 'beyond': match.beyond,
+        'needed_disparities': match.needed_disparities, 'motion': match.motion,
+        'times': _floats(match.times),
         'generations': [{**asdict(row), 'gains': _floats(row.gains)} for row in match.history],
         'versions': saved.versions, 'about': saved.about,
         'rows': {**saved.rows._asdict(), 'undone': saved.rows.undone.tolist(),
@@ -195,7 +196,7 @@ def _saved_pair(record, arrays, left, right):
 
     _checked('pair.json', record, {
         'stamp': int, 'frame_id': str, 'calibration': dict, 'parameters': dict,
-        'state': object, 'warm': bool, 'reused': bool, 'beyond': float, 'enough': int,
+        'state': object, 'warm': bool, 'reused': bool, 'beyond': float, 'needed_disparities': int,
         'motion': str, 'times': dict, 'generations': list, 'versions': dict,
         'about': dict, 'rows': dict})
     calibration = _checked('calibration', record['calibration'], {
@@ -211,7 +212,7 @@ def _saved_pair(record, arrays, left, right):
                for row in record['generations']]
     match = Match(*(arrays.pop(name) for name in RESULTS), history,
                   all_of(float, 'times', record['times']), record['warm'], record['motion'],
-                  record['reused'], record['beyond'], record['enough'])
+                  record['reused'], record['beyond'], record['needed_disparities'])
     rows = _checked('rows', record['rows'], ROWS)
     rows = Rows(**{**rows, 'points': arrays.pop('points'), 'rig': tuple(rows['rig']),
                    'undone': np.array(rows['undone'], np.float64)})
@@ -265,14 +266,7 @@ def _check_rows(rows):
 
 
 def comparison(saved, config, match):
-    """
-    Return a comparison of a new match with the saved one, for JSON.
-
-    saved: SavedPair. config, match: the parameters and the result of matching its pair again.
-    same: whether disparity and confidence are equal bit for bit. differences: their sizes.
-    changed: {parameter: value} of config that differ from `saved.repeatable`. deadline_ms: of the
-    saved match. versions: names of those that differ from the saved match.
-    """
+    """Return for JSON how a new match, with a config, differs from a SavedPair, bit for bit."""
     differences = {name: _difference(getattr(match, name), getattr(saved.match, name))
                    for name in RESULTS}
     here = versions()

@@ -12,7 +12,7 @@ import sys
 from fuzzy_stereo_ros.commands.shared_options import checked_outputs, for_json, UNTOUCHED
 from fuzzy_stereo_ros.evaluation.baselines import opencv_threads
 from fuzzy_stereo_ros.evaluation.catalogue import Scene, Search, search
-from fuzzy_stereo_ros.evaluation.ground_truth import MIDDLEBURY, OwnPair
+from fuzzy_stereo_ros.evaluation.ground_truth import MIDDLEBURY, PairWithoutTruth
 from fuzzy_stereo_ros.evaluation.matchers import matcher_named, ResultFiles, USUAL
 from fuzzy_stereo_ros.evaluation.measuring import COLUMNS, mean_records, measure, NoSequence
 from fuzzy_stereo_ros.pairs.frames import are_pairs, Frames
@@ -153,13 +153,13 @@ def _own_pairs(arguments, error):
     cameras, reader = CameraOptions.of(arguments), PairReader(arguments.rectify)
 
     def pair_of(read, paths):
-        """Return the OwnPair of two images of files or a video; read(): returns them."""
+        """Return the PairWithoutTruth of two images of files or a video; read(): returns them."""
         def rectified():
             images, infos = read(), (None, None)
             if arguments.rectify or cameras.given:
                 infos, _ = cameras.cameras(images[0].shape[:2], 'depth', arguments.rectify, paths)
             return reader.read_images(images, infos)
-        return OwnPair(rectified)
+        return PairWithoutTruth(rectified)
 
     if are_pairs(arguments.folders) and not arguments.only:
         frames = Frames(arguments.folders)

@@ -97,16 +97,7 @@ class Search(NamedTuple):
 
 
 def search(folders, truth_scale=None, only='', with_truth=True):
-    """
-    Return the `Search` of all scenes and sequences below some folders (paths).
-
-    with_truth: False also finds scenes that have none, and no sequences.
-
-    truth_scale: grey levels per pixel of 8-bit truths whose scale is not known otherwise.
-    only: a word that names must contain.
-    Raises ValueError if a folder does not exist, a right image is missing, nothing is found, or
-    the scale of a truth is not known.
-    """
+    """Return the `Search` below folders (paths), named with a word; ValueError if nothing is."""
     found, skipped = {}, []
     for folder in folders:
         if not folder.is_dir():
@@ -152,12 +143,7 @@ def _below(folder, truth_scale, seen, with_truth):
 
 
 def _found(folder, layout, truth_scale, with_truth):
-    """
-    Return [(place, scene or sequence)] of a layout in a folder.
-
-    A frame with a truth is a scene; frames that differ only in their numbers are a sequence.
-    Raises NoTruth if there are images but neither of these, ValueError without a right image.
-    """
+    """Return [(place, scene or sequence)] of a layout in a folder; NoTruth, ValueError."""
     found, runs = [], {}
     for number in _numbers(folder, layout):
         files, search_range = files_of(folder, layout, number, truth_scale)
@@ -191,12 +177,7 @@ def _numbers(folder, layout):
 
 
 def files_of(folder, layout, number='', scale=None):
-    """
-    Return the `PairFiles` of a layout in a folder, and {'disparities': number, 'source': words}.
-
-    number: of the frame. scale: grey levels per pixel of an 8-bit truth, if not known otherwise.
-    Raises ValueError if the right image is missing, or calib.txt has a bad number of disparities.
-    """
+    """Return a frame's `PairFiles` in a folder, and {'disparities': number, 'source': words}."""
     def first(names, suffixes=PICTURES, pattern=layout.pattern):
         paths = (folder / (pattern.format(name).replace('*', number) + suffix)
                  for name in names for suffix in suffixes)

@@ -84,7 +84,7 @@ class PairFiles:
         return GroundTruthPair(left, right, truth, masks.get(NONOCC), masks=masks)
 
 
-class OwnPair(NamedTuple):
+class PairWithoutTruth(NamedTuple):
     """A pair without ground truth; read(): returns it, as that of `PairFiles`."""
 
     read: Callable

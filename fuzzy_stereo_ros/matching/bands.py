@@ -34,7 +34,7 @@ def processors():
         os.cpu_count() or 1)
 
 
-class HelperPlaces:
+class HelperAffinity:
     """
     Whether helping threads may run on the caller's processor, by which is faster.
 
@@ -88,7 +88,7 @@ class ThreadPool:
     times as much, and there are some twenty calls a frame. Nobody waits for a helping thread that
     has not begun; on a processor with other work it may wake long after all items are done.
 
-    shared: ms spent in `run`; the rest of a frame runs in one thread. places: the `HelperPlaces`
+    shared: ms spent in `run`; the rest of a frame runs in one thread. places: the `HelperAffinity`
     """
 
     def __init__(self, threads):
@@ -96,7 +96,7 @@ class ThreadPool:
         self.threads, self.shared = threads or processors(), 0.0
         self._helpers, self._queues = [], []
         self._frame = None      # `shared` where the frame began
-        self.places = HelperPlaces()
+        self.places = HelperAffinity()
         self._end = finalize(self, _end, self._queues)
 
     def parts(self, rows, height=1):
@@ -154,7 +154,7 @@ class ThreadPool:
             raise call.errors[0]
 
     def _asked(self, number):
-        """Return the queues of some helpers, which run where `HelperPlaces` says."""
+        """Return the queues of some helpers, which run where `HelperAffinity` says."""
         self._helpers = [helper for helper in self._helpers if helper.is_alive()]
         while len(self._helpers) < number:
             helper = _Helper()

@@ -51,7 +51,7 @@ def reject_beyond(pool, config, most, match):
     within, *beyond = counts.sum(axis=0)[:max(most - config.disparities, 1)].tolist()
     number = sum(beyond)
     return replace(match, beyond=number / max(number + within, 1),
-                   enough=_enough(config.disparities, beyond))
+                   needed_disparities=_enough(config.disparities, beyond))
 
 
 def _enough(disparities, beyond):

@@ -25,12 +25,7 @@ class Evidence:
     """The evidence for the maps of one image size, and its memory."""
 
     def __init__(self, left, right, noises, shift=0):
-        """
-        Allocate for the size of a pair of `Picture`s at half size, the right one mirrored.
-
-        noises: a `NoiseEstimate` of each view; shift: px by which matches lie farther to the left
-        than labels say. Pictures and noises are read when a map is compared.
-        """
+        """Allocate for half-size `Picture`s; noises: of both; shift: px of matches to the left."""
         self._left, self._right, self._noises, self._shift = left, right, noises, shift
         blocks = -(-left.rows // BLOCK), -(-left.columns // BLOCK)
         self._sums, self._seen = zeros((SUMS, *blocks)), zeros(blocks, np.uint8)

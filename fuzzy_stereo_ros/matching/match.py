@@ -56,7 +56,7 @@ class Match:
     reused: whether it is the result of an earlier frame of a static scene.
     beyond: share of the matches, 0 to 1, that were rejected since they lie beyond the range:
     nearer than its largest disparity. 0 in the profile `paper`, which does not look there.
-    enough: number of disparities that would include them, at least; 0 where it is not known.
+    needed_disparities: how many would include them, at least; 0 where it is not known.
     misalignment: by how much the rows of the pairs so far differ; None where it is unknown.
     generations: how many ran; gains: by how much each operator raised the fitness.
     """
@@ -69,7 +69,7 @@ class Match:
     motion: str = ''
     reused: bool = False
     beyond: float = 0.0
-    enough: int = 0
+    needed_disparities: int = 0
     misalignment: Misalignment | None = None
 
     def __repr__(self):

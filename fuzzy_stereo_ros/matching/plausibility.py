@@ -187,14 +187,7 @@ def _first(causes, evidence):
 
 
 class Evidence:
-    """
-    What a pair and its Match show.
-
-    images: in grey, two uint8 (R, C). shares: of either that have contrast. still: for how many
-    pairs either has stayed the same while the other changed. same: whether they are one picture.
-    After `closer`: the number of features of the left image, px of a reduced `pixel`, and of those
-    in common disparities, the rows by which they are lower, and which numbers lie outside.
-    """
+    """What a pair and its Match show at sight and, after `closer`, by features in common."""
 
     def __init__(self, left, right, match, config, scale=1.0, infinity=None, still=(0, 0)):
         """Measure what is seen at sight; arguments as for `PlausibilityCheck` and its `add`."""
@@ -349,9 +342,10 @@ def _more(first, wanted, fault, more=''):
 def _by_matches(evidence):
     match, config, (first, last) = evidence.match, evidence.config, evidence.searched
     if match.beyond > NEARER:
-        return _more(first, match.enough / evidence.scale, f'{100 * match.beyond:.1f} % of the '
-                     f'matches are nearer than the range reaches (disparity above {last:.0f}) and '
-                     'were rejected', ' or more')
+        return _more(
+            first, match.needed_disparities / evidence.scale, f'{100 * match.beyond:.1f} % of the '
+            f'matches are nearer than the range reaches (disparity above {last:.0f}) and were '
+            'rejected', ' or more')
     return is_late(match, config) and Finding(
         'deadline', f'the deadline of {config.deadline_ms:g} ms ended before the first '
         f'generation, after {match.times["total"]:.0f} ms; the result is where evolution would '

@@ -183,7 +183,7 @@ def terms_at(column, row, rows, columns):
 PLACES = terms_at(*np.mgrid[:3, :3].reshape(2, -1).astype(float), 3, 3)
 
 
-class Features(NamedTuple):
+class CommonFeatures(NamedTuple):
     """
     Features that two images have in common, px of the images as they are.
 
@@ -200,9 +200,9 @@ class Features(NamedTuple):
 
 
 def features_in_common(left, right):
-    """Return the Features, by ORB of one scale, that are each other's best of two uint8 (R, C)."""
+    """Return the features, by ORB of one scale, that are each other's best of two uint8 (R, C)."""
     pixel = max(1, round(left.shape[1] / REDUCED_COLUMNS))
-    none = Features(0, np.empty((0, 2)), np.empty(0), np.empty(0), pixel)
+    none = CommonFeatures(0, np.empty((0, 2)), np.empty(0), np.empty(0), pixel)
     if min(left.shape) < 2 * PATCH * pixel:
         return none
     (ours, our_bits), (theirs, their_bits) = (_features(
@@ -218,7 +218,7 @@ def features_in_common(left, right):
     mine, its = np.array(chosen, int).reshape(-1, 2).T
     places = theirs[its].astype(np.float64)
     disparities, higher = (ours[mine] - places).T
-    return Features(len(ours), places, disparities, -higher, pixel)
+    return CommonFeatures(len(ours), places, disparities, -higher, pixel)
 
 
 def _with_contrast(image):

@@ -48,12 +48,7 @@ class NodeParameters:
     """
 
     def __init__(self, node, on_change, on_ignored):
-        """
-        Declare all parameters to a node; ValueError with a sentence for a value not allowed.
-
-        on_change(config): called after a change of the matcher's parameters.
-        on_ignored(names): called after each later change, with the ignored parameters it sets.
-        """
+        """Declare all; on_change(config), on_ignored(names): of later changes; ValueError."""
         self._node, self._on_change, self._on_ignored = node, on_change, on_ignored
         self.settings = {row.name: self._declare(row, row.checked(self._override(row)))
                          for row in NODE_PARAMETERS}

@@ -107,12 +107,7 @@ def check_place(path):
 
 
 def write_whole(path, content):
-    """
-    Write bytes to a file completely, or on an error leave what was there before.
-
-    path: str or Path; an existing file is replaced. Raises OSError, which names the file, if it
-    cannot be written.
-    """
+    """Write bytes to a file completely, or leave what was there; OSError, which names it."""
     path = Path(path)
     part = path.with_name(f'.{path.name}.{os.getpid()}.part')
     try:

@@ -17,37 +17,17 @@ import numpy as np
 # channels is the luma. OpenCV names a Bayer pattern after its second row and column, ROS after its
 # first.
 ENCODINGS = {
-    'mono8': (np.uint8, 1, None),
-    '8UC1': (np.uint8, 1, None),
-    'mono16': (np.uint16, 1, None),
-    '16UC1': (np.uint16, 1, None),
-    'bgr8': (np.uint8, 3, None),
-    '8UC3': (np.uint8, 3, None),
-    'rgb8': (np.uint8, 3, cv2.COLOR_RGB2BGR),
-    'bgra8': (np.uint8, 4, cv2.COLOR_BGRA2BGR),
-    '8UC4': (np.uint8, 4, cv2.COLOR_BGRA2BGR),
-    'rgba8': (np.uint8, 4, cv2.COLOR_RGBA2BGR),
-    'bgr16': (np.uint16, 3, None),
-    '16UC3': (np.uint16, 3, None),
-    'rgb16': (np.uint16, 3, cv2.COLOR_RGB2BGR),
-    'bgra16': (np.uint16, 4, cv2.COLOR_BGRA2BGR),
-    '16UC4': (np.uint16, 4, cv2.COLOR_BGRA2BGR),
-    'rgba16': (np.uint16, 4, cv2.COLOR_RGBA2BGR),
-    'bayer_rggb8': (np.uint8, 1, cv2.COLOR_BayerBG2BGR),
-    'bayer_bggr8': (np.uint8, 1, cv2.COLOR_BayerRG2BGR),
-    'bayer_gbrg8': (np.uint8, 1, cv2.COLOR_BayerGR2BGR),
-    'bayer_grbg8': (np.uint8, 1, cv2.COLOR_BayerGB2BGR),
-    'bayer_rggb16': (np.uint16, 1, cv2.COLOR_BayerBG2BGR),
-    'bayer_bggr16': (np.uint16, 1, cv2.COLOR_BayerRG2BGR),
-    'bayer_gbrg16': (np.uint16, 1, cv2.COLOR_BayerGR2BGR),
-    'bayer_grbg16': (np.uint16, 1, cv2.COLOR_BayerGB2BGR),
-    'yuv422': (np.uint8, 2, 'second'),
-    'uyvy': (np.uint8, 2, 'second'),
-    'yuv422_yuy2': (np.uint8, 2, 'first'),
-    'yuyv': (np.uint8, 2, 'first'),
-    'nv12': (np.uint8, 1, None),
-    'nv21': (np.uint8, 1, None),
-    'nv24': (np.uint8, 1, None),
+    **{name.format(8 * np.dtype(kind).itemsize): (kind, channels, conversion)
+       for kind in (np.uint8, np.uint16) for name, channels, conversion in (
+           ('mono{}', 1, None), ('{}UC1', 1, None), ('bgr{}', 3, None), ('{}UC3', 3, None),
+           ('rgb{}', 3, cv2.COLOR_RGB2BGR), ('bgra{}', 4, cv2.COLOR_BGRA2BGR),
+           ('{}UC4', 4, cv2.COLOR_BGRA2BGR), ('rgba{}', 4, cv2.COLOR_RGBA2BGR),
+           ('bayer_rggb{}', 1, cv2.COLOR_BayerBG2BGR), ('bayer_bggr{}', 1, cv2.COLOR_BayerRG2BGR),
+           ('bayer_gbrg{}', 1, cv2.COLOR_BayerGR2BGR), ('bayer_grbg{}', 1, cv2.COLOR_BayerGB2BGR)
+       )},
+    **dict.fromkeys(('yuv422', 'uyvy'), (np.uint8, 2, 'second')),
+    **dict.fromkeys(('yuv422_yuy2', 'yuyv'), (np.uint8, 2, 'first')),
+    **dict.fromkeys(('nv12', 'nv21', 'nv24'), (np.uint8, 1, None)),
 }
 SEMI_PLANAR = ('nv12', 'nv21', 'nv24')      # the luma plane comes first; height is its own
 WRITTEN_ENCODINGS = {(2, 1): 'mono8', (2, 2): 'mono16', (3, 1): 'bgr8', (3, 2): 'bgr16'}

@@ -59,7 +59,10 @@ class Outputs:
         if options.writes_bag:
             Messages()      # before a folder is made that has no use without them
         self._last = deque(maxlen=WARM_PAIRS + (SEGMENT_PAIRS if options.in_segments else 0))
-        self._video = opened_video(options, source)
+        lowest = self.config.min_disparity
+        self._video = [] if options.video is None else [VideoSink(
+            options.video, min(max(source.rate(), RATES[0]), RATES[1]), lowest,
+            lowest + self.config.disparities - 1)]
 
     def write(self, matched, item):
         """Pass a MatchedPair to all sinks; return None, or its Rejection by an internal error."""
@@ -175,15 +178,6 @@ def _read_progress(path):
             isinstance(one, list) and [*map(type, one)] == [int, int] for one in found):
         raise ValueError(f'{path} is damaged; start over with --overwrite')
     return map(tuple, found)
-
-
-def opened_video(options, source):
-    """Return the sink of --video in a list, [] without; ValueError if it cannot be written."""
-    if options.video is None:
-        return []
-    rate, config = min(max(source.rate(), RATES[0]), RATES[1]), options.scaled_config
-    return [VideoSink(options.video, rate, config.min_disparity,
-                      config.min_disparity + config.disparities - 1)]
 
 
 class BagSink:

@@ -172,12 +172,7 @@ def rejection_of(error):
 
 
 def _calibration(options, bags, topics):
-    """
-    Return the CameraInfo of all pairs, (left, right), and their origin in words.
-
-    None instead of the two if each pair has its own messages.
-    Raises ValueError if there is no calibration, or not the one that the options need.
-    """
+    """Return both CameraInfo, None if each pair has its own, and their origin; ValueError."""
     missing = [image for image, info in (topics[:2], topics[2:]) if info is None]
     if not missing and not options.cameras.given:
         return None, f'{topics.left_info} and {topics.right_info}'

@@ -168,12 +168,7 @@ def side_by_side(matched, low, high):
 
 
 def image_beside_disparity(image, disparity, low, high, where, found, title='image'):
-    """
-    Return an image and disparities in colours side by side, under titles: uint8 (R, C, 3) BGR.
-
-    image: uint8 or uint16, grey or BGR. low, high: px, the range of the colours. where, found:
-    words beside the image and beside the disparities. title: of the image.
-    """
+    """Return an image and disparities, low to high px, under titles: uint8 (R, C, 3) BGR."""
     image = in_eight_bits(image)
     image = image if image.ndim == 3 else cv2.cvtColor(image, cv2.COLOR_GRAY2BGR)
     return np.hstack([

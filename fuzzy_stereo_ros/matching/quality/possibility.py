@@ -21,7 +21,7 @@ COLUMN_PARTS = 8     # parts of the columns, so that running sums stay in the ca
 WEIGHTS = np.rint(kernels.UNIT / np.array((12, 6 * 43, 2 * 2, 2 * 30))).astype(np.uint16)
 
 
-class Picture:
+class ViewFeatures:
     """Features of an image: census codes, colour, slopes; the right one mirrored and padded."""
 
     def __init__(self, rows, columns, padding):
@@ -74,8 +74,8 @@ class SupportPossibility:
         """Allocate for images of a size."""
         labels = padded(disparities)
         self.disparities, self._bands = disparities, cut_bands(rows)
-        self._left = Picture(rows, columns, 0)
-        self._right = Picture(rows, columns, labels)
+        self._left = ViewFeatures(rows, columns, 0)
+        self._right = ViewFeatures(rows, columns, labels)
         self.costs = np.zeros((rows, columns, labels), np.uint16)
         self._arms = np.zeros((rows, columns, 4), np.uint8)
         edges = sorted({columns * part // COLUMN_PARTS for part in range(COLUMN_PARTS + 1)})

@@ -11,7 +11,7 @@ from types import SimpleNamespace
 
 from fuzzy_stereo_ros.matching import bands
 from fuzzy_stereo_ros.matching.bands import (
-    Chain, cut_bands, cut_parts, HelperPlaces, MOST_PARTS, ThreadPool, widened)
+    Chain, cut_bands, cut_parts, HelperAffinity, MOST_PARTS, ThreadPool, widened)
 from hypothesis import given, settings, strategies as st
 import numpy as np
 import pytest
@@ -92,7 +92,7 @@ def times_of_frames(frames, times, noise=0.0, places=None):
 
     times: {apart: of a frame}; noise: deviation of the share
     """
-    places, random, taken = places or HelperPlaces(), np.random.default_rng(1), []
+    places, random, taken = places or HelperAffinity(), np.random.default_rng(1), []
     for _ in range(frames):
         taken.append(times[places.apart] / min(times.values()))
         places.add(times[places.apart] * (1 + noise * random.standard_normal()))
@@ -100,7 +100,7 @@ def times_of_frames(frames, times, noise=0.0, places=None):
 
 
 def test_helpers_change_over_within_frames_when_other_programs_begin_and_end():
-    places = HelperPlaces()
+    places = HelperAffinity()
     idle, busy = {True: 12, False: 15}, {True: 26, False: 20}
     times_of_frames(100, idle, 0.1, places)
     for times in (busy, idle, busy):

@@ -44,7 +44,7 @@ def test_what_is_nearer_than_the_range_is_no_surface(known, profile):
     assert (match.confidence[nearer] >= 0.8).mean() <= 0.02
     assert np.nanmax(match.disparity) <= TOP
     assert match.beyond == pytest.approx(nearer.mean(), abs=0.05)
-    assert match.enough > CUT
+    assert match.needed_disparities > CUT
 
 
 def test_what_is_nearer_is_not_filled_where_it_was_found(known):
@@ -74,7 +74,7 @@ def test_more_than_half_a_pixel_beyond_the_range_is_rejected(values, lowest):
     ([102.0] * 3 + [98.0], 96, 128), ([98.0] * 30 + [102.0], 96, 112)])
 def test_the_range_that_would_do_holds_what_was_found_or_is_a_third_larger(
         values, disparities, enough):
-    assert rejected([values], disparities=disparities).enough == enough
+    assert rejected([values], disparities=disparities).needed_disparities == enough
 
 
 def test_the_finding_says_how_much_lies_beyond_and_what_to_search(known):
@@ -82,7 +82,7 @@ def test_the_finding_says_how_much_lies_beyond_and_what_to_search(known):
     match = StereoMatcher(config).match(known.left, known.right)
     check = PlausibilityCheck()
     assert check.add(known.left, known.right, match, config) is None
-    match = replace(match, beyond=0.032, enough=80)     # too few features show it
+    match = replace(match, beyond=0.032, needed_disparities=80)     # too few features show it
     assert check.add(known.left, known.right, match, config).sentence == (
         '3.2 % of the matches are nearer than the range reaches (disparity above 47) and were '
         'rejected: search 80 disparities or more')

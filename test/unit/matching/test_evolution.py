@@ -10,7 +10,6 @@ from fuzzy_stereo_ros.matching.evolution import Budget, evolve, Generation, Rand
 from fuzzy_stereo_ros.matching.matcher import ALGORITHMS
 from fuzzy_stereo_ros.synthetic.scenes import make_pair
 from hypothesis import given, settings, strategies as st
-from hypothesis.extra import numpy as arrays
 from made_scenes import bits
 import numpy as np
 import pytest

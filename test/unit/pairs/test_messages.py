@@ -77,7 +77,7 @@ def test_luma_is_dense_where_step_counts_the_two_channels_of_sensor_msgs(encodin
 
 
 @pytest.mark.parametrize('changes, reason, sentence', [
-    ({'encoding': '32FC1'}, 'encoding', "encoding is '32FC1'; allowed are mono8, 8UC1, mono16"),
+    ({'encoding': '32FC1'}, 'encoding', "encoding is '32FC1'; allowed are mono8, 8UC1, bgr8"),
     ({'height': 0}, 'size', 'the image is 6x0; it needs at least one pixel'),
     ({'step': 5}, 'size', 'step is 5 bytes, but 6 pixels of mono8 need 6'),
     ({'width': 2**31, 'step': 2**31}, 'size', 'data has 24 bytes, but 4 rows of 2147483648'),
