@@ -53,69 +53,24 @@ def advertised(bench):
     return bench.listener.count_publishers('/disparity')
 
 
+def named_by_the_policy():
+    """Return the topics and services of SECURITY.md's policy, and those named beside it."""
+    page = text_of('SECURITY.md')
+    besides = re.search(r'`managed_disparity_node` has the same name(.*?)\n\n', page, re.DOTALL)
+    return {name.replace('~', '/disparity_node') if name[0] in '~/' else f'/{name}'
+            for name in [*re.findall(r'<(?:topic|service)>(.*?)<', page),
+                         *re.findall('`(~.*?)`', besides[1])]}
+
+
 def threads(bench):
     return len(os.listdir(f'/proc/{bench.node.identity}/task'))
 
 
-def test_it_matches_while_it_is_active_and_only_then(start):
+def test_it_matches_while_it_is_active_alone_and_cleanup_gives_back_threads_and_topics(start):
     bench = start()
     manager = manager_of(bench)
     bench.listen()
-    assert manager.state() == 'unconfigured'
-    assert (advertised(bench), subscribed(bench)) == (0, 0)
-    assert 'loading the kernels' not in bench.node.log()
-    assert manager.change('configure') == 'inactive'
-    bench.node.logged('ready: the kernels are warm')
-    bench.until(lambda: advertised(bench) == 1, 'the output is advertised')
-    bench.counts_now()
-    assert bench.status.message == 'idle: not activated'
-    assert subscribed(bench) == 0
-    for _ in range(2):
-        assert manager.change('activate') == 'active'
-        bench.until(lambda: subscribed(bench) == len(INPUTS), 'the node subscribes')
-        assert shows(bench.first_match(*PAIR), SHIFT)
-        assert manager.change('deactivate') == 'inactive'
-        bench.until(lambda: subscribed(bench) == 0, 'the node leaves the cameras')
-        unseen = bench.rig.publish(*PAIR)
-        bench.counts_now()
-        assert unseen not in bench.disparities
-    assert 'Traceback' not in bench.node.log()
-
-
-def test_cleanup_gives_back_threads_and_topics_and_it_can_be_configured_anew(start):
-    bench = start()
-    manager = manager_of(bench)
-    bench.listen()
-    left = []       # threads, those of libraries among them, which stay
-    for disparities in (16, 24, 16):
-        assert bench.set_parameters(disparity_range=disparities) == (True, '')
-        assert manager.change('configure') == 'inactive'
-        assert manager.change('activate') == 'active'
-        bench.until(lambda: subscribed(bench) == len(INPUTS), 'the node subscribes')
-        assert bench.first_match(*PAIR).max_disparity == disparities - 1
-        busy = threads(bench)
-        assert manager.change('deactivate') == 'inactive'
-        assert manager.change('cleanup') == 'unconfigured'
-        bench.until(lambda: advertised(bench) + subscribed(bench) == 0, 'the topics are gone')
-        bench.until(lambda: threads(bench) < busy, 'its threads have ended')  # noqa: B023
-        left.append(threads(bench))
-    assert left[2] <= left[1] + 1       # one of the middleware's may come or go
-    services = bench.listener.get_service_names_and_types_by_node('disparity_node', '/')
-    assert not [name for name, _ in services if name.endswith(('/reset', '/save'))]
-
-
-def test_it_has_the_topics_and_services_of_the_policy_and_those_that_are_named_beside_it(start):
-    page = text_of('SECURITY.md')
-    policy = set(re.findall(r'<(?:topic|service)>(.*?)<', page))
-    besides = re.search(r'`managed_disparity_node` has the same name(.*?)\n\n', page, re.DOTALL)
-    allowed = {name.replace('~', '/disparity_node') if name[0] in '~/' else f'/{name}'
-               for name in policy | set(re.findall('`(~.*?)`', besides[1]))}
-    bench = start()
-    manager = manager_of(bench)
-    assert manager.change('configure') == 'inactive'
-    assert manager.change('activate') == 'active'
-    bench.listen()
-    listener = bench.listener
+    listener, left = bench.listener, []     # threads, those of libraries among them, which stay
 
     def found():
         return {name for of_node in (
@@ -123,8 +78,38 @@ def test_it_has_the_topics_and_services_of_the_policy_and_those_that_are_named_b
             listener.get_subscriber_names_and_types_by_node,
             listener.get_service_names_and_types_by_node)
             for name, _ in of_node('disparity_node', '/')}
-    bench.until(lambda: found() >= allowed - {'/clock', '/parameter_events'}, 'the graph')
-    assert found() <= allowed
+
+    assert manager.state() == 'unconfigured'
+    assert 'loading the kernels' not in bench.node.log()
+    for disparities in (16, 24, 16):
+        assert (advertised(bench), subscribed(bench)) == (0, 0)
+        assert bench.set_parameters(disparity_range=disparities) == (True, '')
+        assert manager.change('configure') == 'inactive'
+        bench.node.logged('ready: the kernels are warm')
+        bench.until(lambda: advertised(bench) == 1, 'the output is advertised')
+        bench.counts_now()
+        assert bench.status.message == 'idle: not activated'
+        assert subscribed(bench) == 0
+        assert manager.change('activate') == 'active'
+        bench.until(lambda: subscribed(bench) == len(INPUTS), 'the node subscribes')
+        bench.until(lambda: found() >= named_by_the_policy() - {'/clock', '/parameter_events'},
+                    'the graph')
+        assert found() <= named_by_the_policy()
+        assert shows(bench.first_match(*PAIR), SHIFT)
+        assert bench.match(*PAIR).max_disparity == disparities - 1
+        busy = threads(bench)
+        assert manager.change('deactivate') == 'inactive'
+        bench.until(lambda: subscribed(bench) == 0, 'the node leaves the cameras')
+        unseen = bench.rig.publish(*PAIR)
+        bench.counts_now()
+        assert unseen not in bench.disparities
+        assert manager.change('cleanup') == 'unconfigured'
+        bench.until(lambda: advertised(bench) + subscribed(bench) == 0, 'the topics are gone')
+        bench.until(lambda: threads(bench) < busy, 'its threads have ended')  # noqa: B023
+        left.append(threads(bench))
+    assert left[2] <= left[1] + 1       # one of the middleware's may come or go
+    assert not [name for name in found() if name.endswith(('/reset', '/save'))]
+    assert 'Traceback' not in bench.node.log()
 
 
 @pytest.mark.parametrize('steps, end', [
@@ -142,18 +127,12 @@ def test_it_can_be_shut_down_from_every_state_and_a_signal_ends_the_process_with
     assert 'Traceback' not in bench.node.log() and 'ERROR' not in bench.node.log()
 
 
-def test_what_cannot_be_configured_is_said_and_leaves_it_unconfigured(start):
+def test_a_transition_that_is_not_allowed_or_cannot_be_fails_with_why_and_the_node_lives(start):
     bench = start('-p', 'qos_overrides./disparity.publisher.reliability:=maybe')
     manager = manager_of(bench)
     for _ in range(2):
         assert manager.change('configure') == 'unconfigured'
         bench.node.logged('cannot be configured: Unexpected QoS override')
-    assert bench.node.finish() == 0
-
-
-def test_a_transition_that_the_state_does_not_allow_fails_and_the_node_lives(start):
-    bench = start()
-    manager = manager_of(bench)
     for change in ({'id': 3}, {'id': 200}, {'label': 'activate'}, {'label': 'none'}):
         assert not manager.asked(**change)
     assert manager.state() == 'unconfigured'

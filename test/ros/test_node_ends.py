@@ -68,12 +68,17 @@ def test_a_first_start_tells_in_diagnostics_and_in_the_log_how_far_it_is(
 
 
 @pytest.mark.parametrize('arguments, sentence', [
-    (('--params-file', '/there/is/none.yaml'), "Couldn't parse params file"),
-    (('--no-such-flag',), 'no-such-flag'),
-    (('-p', 'qos_overrides./disparity.publisher.reliability:=maybe'), 'Unexpected QoS override'),
+    (('--ros-args', '--params-file', '/there/is/none.yaml'), "Couldn't parse params file"),
+    (('--ros-args', '--no-such-flag'), 'no-such-flag'),
+    (('--ros-args', '-p', 'image_transport:=pigeon'),
+     "image_transport is 'pigeon'; allowed are raw, compressed"),
+    (('--ros-args', '-p', 'qos_overrides./disparity.publisher.reliability:=maybe'),
+     'Unexpected QoS override'),
+    (('disparity_range:=128',), 'unrecognized arguments: disparity_range:=128; a parameter is '
+     'given by --ros-args -p NAME:=VALUE'),
 ])
 def test_a_start_that_cannot_be_ends_with_code_2_and_one_line(start_node, arguments, sentence):
-    node = start_node('--ros-args', *arguments)
+    node = start_node(*arguments)
     assert node.finish(number=None) == 2
     assert sentence in node.log().splitlines()[-1]
     assert 'Traceback' not in node.log()
@@ -85,10 +90,3 @@ def test_a_bad_qos_of_an_input_ends_it_with_code_2_when_it_subscribes(make_bench
         bench.listen()
         bench.node.logged('cannot subscribe: Unexpected QoS override', timeout=START)
         assert bench.node.finish(number=None) == 2
-
-
-def test_an_argument_that_is_not_for_ros_is_rejected_with_how_to_give_a_parameter(start_node):
-    node = start_node('disparity_range:=128')
-    assert node.finish(number=None) == 2
-    assert ('unrecognized arguments: disparity_range:=128; a parameter is given by --ros-args '
-            '-p NAME:=VALUE') in node.log().splitlines()[-1]

@@ -115,14 +115,6 @@ def test_qos_overrides_that_no_topic_has_are_told_with_what_may_be_meant(make_be
         assert bench.node.log().count('QoS overrides for unknown topics') == 1
 
 
-def test_with_sim_time_and_no_clock_it_matches_and_still_reports(make_bench):
-    with make_bench(*SMALL, '-p', 'use_sim_time:=true') as bench:
-        assert shows(bench.begin(*PAIR), SHIFT)
-        bench.until(lambda: 'no stereo pair for' in bench.node.log(), 'the report')
-        line = bench.node.logged('no stereo pair for')
-        assert 'messages since then: /left/image_rect 0, ' in line
-
-
 def test_raw_images_are_rectified_and_cut_to_what_both_cameras_see(make_bench):
     cameras = [RawCamera(turn=(0.02, 0.03, -0.01)),
                RawCamera(turn=(-0.02, 0.01, 0.02), right=0.12, centre=(160.0, 118.0))]

@@ -82,7 +82,9 @@ def test_points_that_another_node_publishes_are_left_to_it(bench):
 
 
 def test_only_what_outputs_names_is_advertised_as_its_parameters_say(make_bench):
+    from rclpy.qos import DurabilityPolicy, QoSProfile
     from sensor_msgs.msg import Image, PointCloud2
+    from stereo_msgs.msg import DisparityImage
     with make_bench(*SMALL, '-p', 'outputs:=disparity depth depth_compressed points2', '-p',
                     'depth_encoding:=16UC1', '-p', 'points_stride:=4', '-p',
                     'points_voxel_size:=0.05', offset=OFFSET) as bench:
@@ -99,12 +101,6 @@ def test_only_what_outputs_names_is_advertised_as_its_parameters_say(make_bench)
         _, cloud = answer(bench, PointCloud2, 'points2')
         assert (cloud.height, cloud.is_dense) == (1, True)
         assert 0 < cloud.width <= 15 * 30
-
-
-def test_an_incompatible_subscriber_of_an_output_is_told(make_bench):
-    from rclpy.qos import DurabilityPolicy, QoSProfile
-    from stereo_msgs.msg import DisparityImage
-    with make_bench(*SMALL) as bench:
         latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
         bench.collect(DisparityImage, 'disparity', {}, latched)
         bench.node.logged('a subscriber of /disparity requests an incompatible QoS (DURABILITY)')

@@ -1,14 +1,12 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Parameters of the real node: one declaration, files that load, changes whole or not at all."""
-import re
 
 from bench.parameter_pages import parameter_file
-from fuzzy_stereo_ros.matching import MatcherConfig
 from fuzzy_stereo_ros.parameters.table import IGNORED_PARAMETERS, nearest, ROS_PARAMETERS
 from made_messages import shows
 from made_scenes import shifted_pair
-from pages import block, MIGRATION
+from pages import block
 import pytest
 from repository import ROOT
 
@@ -117,13 +115,6 @@ def test_a_request_that_rclpy_cannot_read_is_logged_and_survived(bench):
     assert bench.match(*PAIR).max_disparity == 15.0
 
 
-def test_a_start_with_a_bad_parameter_ends_with_code_2_and_a_sentence(start_node):
-    node = start_node('--ros-args', '-p', 'image_transport:=pigeon')
-    assert node.finish(number=None) == 2
-    assert "image_transport is 'pigeon'; allowed are raw, compressed" in node.log()
-    assert 'Traceback' not in node.log()
-
-
 def test_names_that_no_parameter_has_are_told_in_one_warning_with_what_may_be_meant(start_node):
     names = ('disparity_rang', 'disparities', 'unheard', 'fill',
              'qos_overrides./left/image_rect.subscription.depth')
@@ -141,24 +132,3 @@ def test_names_that_no_parameter_has_are_told_in_one_warning_with_what_may_be_me
     ('speckle_window_size', 'speckle_size'), ('zzz', None)])
 def test_the_nearest_name_is_suggested(name, meant):
     assert nearest(name) == (f' (did you mean {meant}?)' if meant else '')
-
-
-def test_every_parameter_of_the_matcher_but_the_reference_is_one_of_the_node():
-    names = {row.name for row in ROWS}
-    fields = set(MatcherConfig.__dataclass_fields__) - {'reference', 'disparities'}
-    assert fields | {'disparity_range'} <= names
-    assert 'reference' not in names
-
-
-# ---- the page of those who come from stereo_image_proc ----
-
-
-def test_the_page_names_a_test_for_every_claim_and_each_of_them_exists():
-    rows = MIGRATION.split('## What is better')[1].split('\n\n')[1].splitlines()[2:]
-    assert len(rows) > 10
-    tests = '\n'.join(file.read_text(encoding='utf-8')
-                      for file in (ROOT / 'test').rglob('test_*.py'))
-    for row in rows:
-        names = re.findall(r'`(test_\w+)`', row)
-        assert names, f'no test is named: {row}'
-        assert [name for name in names if f'def {name}(' not in tests] == []

@@ -22,22 +22,27 @@ def noisy(seed):
     return made_noisy((LEFT, RIGHT), 5, np.random.default_rng(seed))
 
 
-@pytest.fixture
-def bench(make_bench, tmp_path):
-    with make_bench('--ros-args', '-p', 'disparity_range:=16', '-p',
-                    f'save_directory:={tmp_path / "saved"}') as bench:
+@pytest.fixture(scope='module')
+def saved(tmp_path_factory):
+    return tmp_path_factory.mktemp('of_the_node') / 'saved'
+
+
+@pytest.fixture(scope='module')
+def bench(make_bench, saved):
+    with make_bench('--ros-args', '-p', 'disparity_range:=16', '-p', 'max_saved_pairs:=2', '-p',
+                    f'save_directory:={saved}') as bench:
+        bench.node.logged('ready')
+        assert bench.trigger('save') == (False, 'no pair has been matched yet; nothing is saved')
         yield bench
 
 
-def test_a_saved_pair_is_matched_again_bit_for_bit(bench, tmp_path, capsys):
-    bench.node.logged('ready')
-    assert bench.trigger('save') == (False, 'no pair has been matched yet; nothing is saved')
+def test_a_saved_pair_is_matched_again_bit_for_bit(bench, saved, tmp_path, capsys):
     bench.begin(*noisy(0))
     for seed in range(1, 5):
         message = bench.match(*noisy(seed))
     done, sentence = bench.trigger('save')
     assert done, sentence
-    (folder,) = (tmp_path / 'saved').iterdir()
+    (folder,) = saved.iterdir()
     assert sentence == (
         f'saved to {folder}; match it again with `fuzzy-stereo match --saved {folder}`')
     output = tmp_path / 'again.npy'
@@ -52,20 +57,19 @@ def test_a_saved_pair_is_matched_again_bit_for_bit(bench, tmp_path, capsys):
     assert '"parameter disparity_range": "16"' in about
 
 
-def test_no_more_pairs_are_saved_than_the_parameter_allows(make_bench, tmp_path):
-    with make_bench('--ros-args', '-p', 'disparity_range:=16', '-p', 'max_saved_pairs:=2', '-p',
-                    f'save_directory:={tmp_path}') as bench:
-        bench.begin(LEFT, RIGHT)
-        assert [bench.trigger('save')[0] for _ in range(2)] == [True, True]
-        before = set(tmp_path.rglob('*'))
-        done, sentence = bench.trigger('save')
-        assert not done
-        assert sentence.endswith(f'{tmp_path} has 2 saved pairs, and max_saved_pairs is 2; remove '
-                                 'some, or start the node with more')
-        assert set(tmp_path.rglob('*')) == before
-        changed, reason = bench.set_parameters(max_saved_pairs=3)
-        assert not changed and 'read-only parameter: max_saved_pairs' in reason
-        bench.match(LEFT, RIGHT)
+def test_no_more_pairs_are_saved_than_the_parameter_allows(bench, saved):
+    bench.match(LEFT, RIGHT)
+    while len([*saved.iterdir()]) < 2:
+        assert bench.trigger('save')[0]
+    before = set(saved.rglob('*'))
+    done, sentence = bench.trigger('save')
+    assert not done
+    assert sentence.endswith(f'{saved} has 2 saved pairs, and max_saved_pairs is 2; remove '
+                             'some, or start the node with more')
+    assert set(saved.rglob('*')) == before
+    changed, reason = bench.set_parameters(max_saved_pairs=3)
+    assert not changed and 'read-only parameter: max_saved_pairs' in reason
+    bench.match(LEFT, RIGHT)
 
 
 @pytest.fixture
@@ -121,7 +125,7 @@ def test_one_pair_is_saved_at_a_time_and_the_next_caller_is_told(asked, monkeypa
 
 
 def test_reset_has_the_next_pair_matched_as_if_it_were_the_first(bench):
-    bench.begin(LEFT, RIGHT)
+    bench.trigger('reset')
     stamp = 2_000_000_000_000
     before = stamp - 33_000_000
 

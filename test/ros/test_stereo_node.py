@@ -38,15 +38,6 @@ def change_projection(side, place, value):
     return change
 
 
-def narrow_right(messages):
-    replace_image('right/image_rect', width=119)(messages)
-
-
-def narrow_both(messages):
-    for side in ('left', 'right'):
-        replace_image(f'{side}/image_rect', width=8)(messages)
-
-
 def rejected_since(bench, before):
     return int(bench.counts()['pairs rejected']) - int(before['pairs rejected'])
 
@@ -143,11 +134,10 @@ def test_without_a_baseline_disparities_come_without_metres_and_a_warning(bench)
 
 
 @pytest.mark.parametrize('change, sentence', [
-    (replace_image('left/image_rect', encoding='32FC1'), "left image: encoding is '32FC1'"),
     (replace_image('right/image_rect', height=2**31), 'right image: data has 7200 bytes'),
     (change_projection('right', 3, 24.0), 'the baseline is -0.12 m: left and right are swapped'),
-    (narrow_right, 'the left image is 120x60, the right one 119x60'),
-    (narrow_both, '16 disparities are more than the 8 columns'),
+    (lambda messages: [setattr(messages[f'{side}/image_rect'], 'width', 8) for side in (
+        'left', 'right')], '16 disparities are more than the 8 columns'),
 ])
 def test_a_bad_pair_is_logged_and_survived(bench, change, sentence):
     bench.rig.publish(*PAIR, change=change)
@@ -178,16 +168,6 @@ def test_bad_pairs_that_keep_coming_are_counted_and_logged_once_in_five_seconds(
     assert int(after['pairs matched']) - int(before['pairs matched']) == 1
     assert int(after['rejected: encoding']) >= number
     assert ' pairs rejected since the last report ' in bench.node.log()
-
-
-def test_stamps_that_go_back_are_matched_and_reported(bench):
-    before = int(bench.counts()['stamps went back'])
-    bench.match(*PAIR)
-    mark = bench.node.mark()
-    for stamp in (100, 101, 5, 6):
-        bench.match(*PAIR, stamp=stamp * SECOND)
-    bench.node.logged('timestamps jumped back', mark)
-    assert int(bench.counts()['stamps went back']) == before + 2
 
 
 def test_in_a_flood_the_newest_pair_wins_and_the_counts_add_up(bench):
@@ -270,19 +250,11 @@ def test_cameras_with_frames_and_focal_lengths_of_their_own_are_matched_in_the_l
     bench.node.logged('fx is 201 in the left and 200 in the right camera_info', mark)
 
 
-@pytest.mark.parametrize('value', [0.0, float('nan')])
-def test_an_uncalibrated_camera_is_rejected_with_a_sentence_and_nothing_is_published(bench, value):
-    def uncalibrate(messages):
-        for side in ('left', 'right'):
-            messages[f'{side}/camera_info'].p = [value] * 12
-            messages[f'{side}/camera_info'].k = [value] * 9
-
-    def rejections():
-        return int(bench.counts().get('rejected: calibration', 0))
-
-    before = rejections()
-    rejected = bench.rig.publish(*PAIR, change=uncalibrate)
-    bench.until(lambda: rejections() > before, 'a rejection')
+def test_an_uncalibrated_camera_is_rejected_with_a_sentence_and_nothing_is_published(bench):
+    before = int(bench.counts().get('rejected: calibration', 0))
+    rejected = bench.rig.publish(*PAIR, change=lambda messages: setattr(
+        messages['left/camera_info'], 'p', [0.0] * 12))
+    bench.until(lambda: int(bench.counts()['rejected: calibration']) > before, 'a rejection')
     assert 'left camera_info: ' in bench.node.log()
     bench.match(*PAIR)
     assert rejected not in bench.disparities
