@@ -26,7 +26,7 @@ from made_bags import (
 from made_messages import values_of
 import numpy as np
 import pytest
-from replayed import figures, INTERRUPTED, rejection, replay, RESTRICTED, run
+from replayed import figures, INTERRUPTED, rejection, replay, run
 
 
 @pytest.fixture
@@ -284,15 +284,6 @@ sys.meta_path.insert(0, Finder)
 from fuzzy_stereo_ros.commands.command_line import main
 sys.exit(main(sys.argv[2:]))
 """
-
-
-def test_a_disk_that_is_full_for_files_ends_it_with_a_sentence(folder, bag, capsys):
-    ended = run(RESTRICTED, 10_000, 'bag', '--files', 'npy', '--format', 'none')
-    assert ended.returncode == 2
-    *before, last = ended.stderr.splitlines()
-    assert [line for line in before if 'compiled kernels' not in line] == []
-    assert last == 'fuzzy-stereo: File too large; 0 pairs were written to out'
-    assert list((folder / 'out').glob('disparity/*')) == []
 
 
 @pytest.mark.parametrize(('options', 'suffix'), [

@@ -48,13 +48,6 @@ def info(tx=0.0, cx=50.0, **changes):
     return message
 
 
-def ros_1(message):
-    """Return a CameraInfo with its matrices under the names they have in ROS 1."""
-    for name in 'dkrp':
-        setattr(message, name.upper(), message.__dict__.pop(name))
-    return message
-
-
 def region(x_offset=0, y_offset=0, height=0, width=0):
     """Return a region of interest."""
     return SimpleNamespace(x_offset=x_offset, y_offset=y_offset, height=height, width=width)

@@ -5,9 +5,8 @@ A program that matches pairs where each array lies against a page that nobody ma
 
 Code that checks no bounds, as explicit SIMD, ends the process there when it reads or writes a
 byte too far; bytes on the other side of an array are compared when it is freed. Arguments:
-`before` or `behind`, where that page lies; a profile, or `read` or `write` instead, which reach
-one byte beyond an array; how many kinds of images are matched in each size, and how many drawn
-sequences.
+`before` or `behind`, where that page lies; a profile; how many kinds of images are matched in each
+size, and how many drawn sequences.
 """
 import ctypes
 from dataclasses import replace
@@ -19,9 +18,7 @@ import sys
 from drawn_frames import frames_of, options, SCENES
 from fuzzed import examples
 from fuzzy_stereo_ros.matching import arrays, MatcherConfig, StereoMatcher
-from fuzzy_stereo_ros.matching.kernels.simd import LANES, load, lowest, store
 from hypothesis import given, seed
-from numba import njit
 import numpy as np
 try:
     from numpy._core import _multiarray_umath
@@ -128,14 +125,6 @@ CHANGES = {'realtime': {}, 'fast': {}, 'quality': {},
            'paper': {'population': 4, 'generations': 2}}
 
 
-@njit
-def reach(array, at, writing):
-    """Read or write a vector of an array from an element on; no bounds are checked."""
-    if writing:
-        store(array, at, load(array, 0))
-    return lowest(load(array, at))
-
-
 def match_all(profile, kinds):
     """Match noise of every size, of some kinds, each twice, the second time warm."""
     random = np.random.default_rng(0)
@@ -168,19 +157,12 @@ def match_drawn(profile, number):
 
 def main():
     """Run, print how many arrays were guarded and overwritten around, and end at once."""
-    where, what, kinds, drawn = sys.argv[1:]
+    where, profile, kinds, drawn = sys.argv[1:]
     memory = GuardedMemory(where == 'before')
     memory.begin()
-    if what in CHANGES:
-        arrays.SMALL = arrays.OWN       # each array has memory of its own, of any size
-        match_all(what, int(kinds))
-        match_drawn(what, int(drawn))
-    else:
-        array = np.zeros(100, np.uint8)
-        reach(array, 100 - LANES, False)
-        beyond = -1 if (where == 'before') == (what == 'read') else 101 - LANES
-        reach(array, beyond, what == 'write')
-        del array
+    arrays.SMALL = arrays.OWN       # each array has memory of its own, of any size
+    match_all(profile, int(kinds))
+    match_drawn(profile, int(drawn))
     print(memory.guarded, memory.overwritten, flush=True)
     os._exit(0)     # when the interpreter ends it frees arrays after what is called for that
 

@@ -13,13 +13,7 @@ from made_bags import DISPARITIES
 from rejected import contents
 from repository import ROOT
 
-INTERRUPTED, TERMINATED = 130, 143
-RESTRICTED = """\
-import resource, sys
-from fuzzy_stereo_ros.commands.command_line import main
-resource.setrlimit(resource.RLIMIT_FSIZE, (int(sys.argv[1]), resource.RLIM_INFINITY))
-sys.exit(main(sys.argv[2:]))
-"""
+INTERRUPTED = 130
 
 
 def replay(*bags, output='out', disparities=DISPARITIES, options=()):

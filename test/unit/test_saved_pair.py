@@ -87,12 +87,6 @@ def test_a_saved_pair_is_matched_to_the_bits_of_the_running_sequence(scene, fram
     assert_same_bits(matched_again(again), saved.match)
 
 
-def test_without_its_state_a_warm_pair_would_be_matched_to_other_bits():
-    saved = running()[2]
-    cold = matched_again(replace(saved, state=None, match=replace(saved.match, warm=False)))
-    assert (cold.disparity != saved.match.disparity).mean() > 0.1
-
-
 def test_the_previous_frame_is_given_on_where_it_took_no_part():
     """Too old: it may be what the report is about."""
     *_, saved = running()

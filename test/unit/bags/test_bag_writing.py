@@ -68,14 +68,6 @@ def test_a_file_that_grows_large_is_followed_by_another_of_the_same_bag(
     assert numbers_of(tmp_path / 'bag') == list(range(40))
 
 
-@pytest.mark.parametrize('storage', FORMATS)
-def test_a_bag_is_continued_by_a_further_file(tmp_path, storage):
-    for begin in (0, 4, 8):
-        bag = write(tmp_path / 'bag', range(begin, begin + 4), storage)
-        assert (bag.counts[TOPIC], bag.last) == (begin + 4, begin + 3)
-    assert numbers_of(tmp_path / 'bag') == list(range(12))
-
-
 SCRIPT = """\
 import os, resource, signal, sys
 sys.path[:0] = 'test/support', 'test/unit/bags'
@@ -86,13 +78,6 @@ writing.PART_BYTES = int(sys.argv[4])
 KILLED = SCRIPT + """\
 write(sys.argv[1], range(int(sys.argv[3])), sys.argv[2], close=False)
 os.kill(os.getpid(), signal.SIGKILL)
-"""
-FULL = SCRIPT + """\
-resource.setrlimit(resource.RLIMIT_FSIZE, (int(sys.argv[3]), resource.RLIM_INFINITY))
-try:
-    write(sys.argv[1], range(40), sys.argv[2])
-except OSError as error:
-    print(error)
 """
 
 
@@ -114,18 +99,6 @@ def test_a_bag_whose_writer_was_killed_has_its_whole_parts_and_is_continued(
     write(tmp_path / 'bag', range(left, 12), storage)
     assert numbers_of(tmp_path / 'bag') == list(range(12))
     assert not (tmp_path / 'bag' / UNFINISHED).exists()
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize('storage', FORMATS)
-def test_where_the_disk_was_full_before_the_first_part_was_whole_there_is_no_bag(
-        tmp_path, storage):
-    for room in (0, 3 * MIB + 1):
-        ended = run(FULL, tmp_path / 'bag', storage, room, 16 * MIB)
-        assert f'{tmp_path}/bag cannot be written any further: ' in ended.stdout, ended.stderr
-        assert list((tmp_path / 'bag').iterdir()) == []
-    write(tmp_path / 'bag', range(4), storage)
-    assert numbers_of(tmp_path / 'bag') == list(range(4))
 
 
 @pytest.fixture

@@ -26,12 +26,6 @@ def rejection_of(topics, **chosen):
     return str(rejection.value)
 
 
-def test_compressed_images_have_the_camera_info_of_their_camera():
-    topics = rig(name='image_rect/compressed', kind=COMPRESSED)
-    assert found(topics) == ('/left/image_rect/compressed', '/left/camera_info',
-                             '/right/image_rect/compressed', '/right/camera_info')
-
-
 @pytest.mark.parametrize(('rectify', 'name'), [(False, 'image_rect'), (True, 'image_raw')])
 @pytest.mark.parametrize('suffix', ['', '/compressed'])
 def test_rectified_images_are_taken_unless_raw_ones_are_wanted(rectify, name, suffix):

@@ -14,7 +14,7 @@ from fuzzy_stereo_ros.commands import match as match_command
 from fuzzy_stereo_ros.commands.command_line import commands, main
 from fuzzy_stereo_ros.evaluation.scores import score
 from fuzzy_stereo_ros.matching import MatcherConfig, PROFILES, StereoMatcher
-from fuzzy_stereo_ros.matching.match import Camera, hatched
+from fuzzy_stereo_ros.matching.match import Camera
 from fuzzy_stereo_ros.pairs.camera_files import centred_calibration, write_camera
 from fuzzy_stereo_ros.pairs.disparity_files import read_depth, read_disparity, write_disparity
 from fuzzy_stereo_ros.pairs.image_files import read_image, write_image
@@ -85,16 +85,6 @@ def test_every_parameter_is_an_option_that_changes_it_and_nothing_else(name):
 @pytest.mark.parametrize('profile', PROFILES)
 def test_a_profile_is_taken_as_it_is_where_no_option_is_given(profile):
     assert parsed('--profile', profile) == MatcherConfig.from_profile(profile)
-
-
-def test_the_picture_shows_the_disparities_in_colours(folder):
-    assert main(match_arguments(picture='picture.png')) == 0
-    picture = read_image('picture.png')
-    assert picture.shape == (HEAD + 4 * 48, 4 * 80, 3)     # below a legend, as it is narrow
-    picture = picture[HEAD::4, ::4]
-    invalid = np.isnan(read_disparity('out.pfm'))
-    assert np.ptp(picture[~invalid].astype(int), axis=1).max() > 100
-    assert (picture[invalid] == hatched(*invalid.shape)[invalid]).all()
 
 
 @pytest.mark.parametrize('suffix, step', [('.pfm', 0), ('.npy', 0), ('.png', 1)])

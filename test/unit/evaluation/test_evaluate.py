@@ -15,7 +15,7 @@ from fuzzy_stereo_ros.evaluation.baselines import dense, TUNED
 from fuzzy_stereo_ros.evaluation.catalogue import search
 from fuzzy_stereo_ros.evaluation.ground_truth import KITTI, MIDDLEBURY
 from fuzzy_stereo_ros.evaluation.matchers import (
-    ALLOWED, in_eight_bits_alike, matcher_named)
+    in_eight_bits_alike)
 from fuzzy_stereo_ros.evaluation.measuring import (
     COLUMNS, disparities_of, SEEN, TRUTHS_LARGEST)
 from fuzzy_stereo_ros.evaluation.scores import flicker, score, THRESHOLDS
@@ -126,27 +126,6 @@ def test_a_time_is_the_fastest_and_the_speed_follows_from_it(tmp_path, capsys, m
     assert 'the fastest of 3' in told['settings']['time']
 
 
-def test_ours_takes_the_profile_that_is_named_and_the_others_their_own():
-    changes = {'population': 7}
-    named = {word: matcher_named(word, 'paper', changes).config(16)
-             for word in ('ours', 'ours:realtime', 'ours:quality')}
-    assert named['ours'].algorithm == 'paper'
-    assert named['ours:realtime'].algorithm == 'realtime'
-    assert named['ours:quality'].algorithm == 'quality'
-    assert {config.population for config in named.values()} == {7}
-    assert {config.reference for config in named.values()} == {'left'}
-
-
-@pytest.mark.parametrize('word', [word for word in ALLOWED if word.startswith('opencv')])
-@pytest.mark.parametrize('family', [MIDDLEBURY, KITTI])
-def test_a_word_of_opencv_names_a_matcher_at_its_defaults_or_tuned_for_the_family(word, family):
-    _, algorithm, *tuned = word.split(':')
-    wanted = {one.algorithm.lower(): one for one in (TUNED if tuned else DEFAULT)}[algorithm]
-    named = matcher_named(word, 'realtime', {})
-    assert (named.algorithm, named.tuned) == (wanted.algorithm, wanted.tuned)
-    assert named.settings(family) == wanted.settings(family)
-
-
 def test_images_of_16_bits_become_8_by_one_factor_for_both():
     left, right = np.uint16([[0, 2000, 4000]]), np.uint16([[1000, 500, 0]])
     found = in_eight_bits_alike(left, right)
@@ -235,19 +214,6 @@ def test_a_sequence_is_matched_warm_and_cold_with_its_flicker(tmp_path, capsys, 
     cold, warm = (the_record(records, start=start, map=FILLED, mask='all')
                   for start in ('cold', 'warm'))
     assert warm['flicker'] < cold['flicker']
-
-
-def test_a_sequence_without_a_truth_has_no_error(tmp_path, capsys):
-    write_frames(tmp_path, frames(3))
-    told = evaluated(capsys, tmp_path, '--matcher', 'ours:fast', 'opencv:3way:tuned')
-    assert [(record['matcher'], record['start'], record['map']) for record in told['records']] == [
-        *(('ours:fast', start, kind) for start in ('cold', 'warm')
-          for kind in (AS_IT_COMES, FILLED)),
-        ('opencv:3way:tuned', '', AS_IT_COMES), ('opencv:3way:tuned', '', FILLED)]
-    for record in told['records']:
-        assert record['flicker'] >= 0 and record['milliseconds'] > 0
-        assert 'bad_dense_1' not in record
-    assert SEEN in told['settings']['disparities']
 
 
 def test_frames_of_two_sizes_are_no_sequence_but_scenes_where_they_have_a_truth(tmp_path, capsys):
@@ -363,18 +329,6 @@ def test_csv_and_json_hold_the_same_records(written):
         assert set(record) <= set(COLUMNS)
         assert row == {name: '' if record.get(name) is None else str(record[name])
                        for name in COLUMNS}
-
-
-def test_what_exists_is_replaced_only_when_asked(tmp_path, capsys):
-    write_named(tmp_path / 'a', pair())
-    (tmp_path / 'out.csv').write_text('the one before')
-    words = ['evaluate', str(tmp_path), '--matcher', 'opencv:bm', '--csv',
-             str(tmp_path / 'out.csv')]
-    assert main(words) == 2
-    assert 'out.csv, which exists; give --overwrite to replace it' in capsys.readouterr().err
-    assert (tmp_path / 'out.csv').read_text() == 'the one before'
-    assert main([*words, '--overwrite']) == 0
-    assert (tmp_path / 'out.csv').read_text().startswith(','.join(COLUMNS))
 
 
 # Bad input.

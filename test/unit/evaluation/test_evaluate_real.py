@@ -8,19 +8,10 @@ from bench.request import Request
 from bench.scoring import bad_percent
 from fuzzy_stereo_ros.commands.command_line import main
 from fuzzy_stereo_ros.evaluation.baselines import dense, TUNED
-from fuzzy_stereo_ros.evaluation.catalogue import search
 from fuzzy_stereo_ros.synthetic.scenes import ScenePair
-import pytest
-from real_pairs import DATA, motorcycle
+from real_pairs import motorcycle
 from written_scenes import write_2014
 
-FOUND = {
-    'kitti2012_color/000000', 'kitti2012_seq/000027/10', 'kitti2012_seq/000138/10',
-    'kitti2015/000000', 'midd2001/bull', 'midd2001/sawtooth', 'midd2006_half/Cloth3',
-    *(f'midd2006_third/{name}' for name in (
-        'Aloe', 'Baby1', 'Bowling1', 'Cloth1', 'Cloth3', 'Flowerpots', 'Lampshade1', 'Midd1',
-        'Rocks1', 'Wood1')),
-    'midd2014/Motorcycle', 'middv2/cones', 'middv2/teddy', 'middv2/tsukuba', 'middv2/venus'}
 LIMIT = {'Middlebury': 'bad_dense_1', 'KITTI': 'bad_dense_3'}
 
 
@@ -57,20 +48,3 @@ def test_motorcycle_in_the_layout_of_2014_has_the_figures_of_the_benchmark(tmp_p
     records = evaluated(capsys, tmp_path, '--matcher', 'ours', 'opencv:hh4:tuned')
     assert_says_what_the_benchmark_says(records, of_benchmark('midd2014/Motorcycle'),
                                         'Motorcycle', 'nonocc')
-
-
-@pytest.fixture
-def data():
-    """Return the folder of real data, or skip the test."""
-    if not DATA.is_dir():
-        pytest.skip(f'{DATA} does not exist: the benchmark data is not here')
-    return DATA
-
-
-def test_every_scene_and_sequence_of_the_data_is_found(data):
-    found = search([data], truth_scale=3)     # of midd2006_third; others are not read
-    assert {scene.name for scene in found.scenes} == FOUND
-    assert {sequence.name: len(sequence.files) for sequence in found.sequences} == {
-        'euroc_v101_rect': 30, 'kitti2012_seq/000027': 5, 'kitti2012_seq/000138': 2}
-    assert [sentence.split(' has ')[0].split('/')[-1] for sentence in found.skipped] == [
-        'desk', 'stairs', 'toy']

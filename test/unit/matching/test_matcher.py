@@ -112,20 +112,6 @@ def test_made_scenes_are_found_but_for_few_pixels(options):
 # ---- the course of a match ----
 
 
-def test_the_observer_sees_every_generation_s_population():
-    pair, matcher = scene(), StereoMatcher(CONFIG)
-    for warm in (False, True):
-        seen = []
-        match = matcher.match(pair.left, pair.right, None,
-                              lambda *told, seen=seen: seen.append(told))
-        assert match.warm == warm
-        assert [number for number, _ in seen] == [row.number for row in match.history] == [1]
-        members = [chromosomes for _, chromosomes in seen]
-        assert all(chromosomes.shape[1:] == (60, 100) for chromosomes in members)
-        assert all(chromosomes.dtype == np.uint8 for chromosomes in members)
-        assert [len(chromosomes) for chromosomes in members] == [1]
-
-
 @pytest.mark.parametrize(('rows', 'columns'), [(1, 1), (1, 30), (20, 1), (0, 30), (2**16, 2**15)])
 def test_warming_up_for_a_size_that_cannot_be_matched_is_rejected(rows, columns):
     with pytest.raises(ValueError, match=f'^the images are {columns} x {rows}; at '):

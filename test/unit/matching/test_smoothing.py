@@ -13,10 +13,8 @@ from fuzzy_stereo_ros.matching.realtime.possibility import (
 from fuzzy_stereo_ros.matching.realtime.smoothing import MEAN, SHARPENED
 from fuzzy_stereo_ros.matching.realtime.views import Views
 from hypothesis import given, settings, strategies as st
-from made_scenes import noisy
 import numpy as np
 import pytest
-from real_pairs import DATA
 import reference_census as twins
 
 SIZE = 136, 171     # no multiples of a block
@@ -145,19 +143,3 @@ def test_the_sharper_view_is_smoothed_and_a_much_blurred_one_sharpened(blurred, 
     for image, luminance, its_share in zip(
             pair, found, (share, MEAN) if blurred == 0 else (MEAN, share)):
         np.testing.assert_array_equal(luminance, twins.smoothed(fine(image), its_share))
-
-
-@pytest.mark.slow
-@pytest.mark.skipif(not DATA.is_dir(), reason=f'the data {DATA} are not here')
-@pytest.mark.parametrize('noise', [0, 1.5, 3])
-def test_no_real_picture_is_taken_for_compressed_or_blurred(noise):
-    draw, number = np.random.default_rng(0), 0
-    for path in sorted([*DATA.glob('**/left*.png'), *DATA.glob('**/left/0000.png')]):
-        other = DATA / str(path.relative_to(DATA)).replace('left', 'right')
-        left, right = noisy(map(cv2.imread, map(str, (path, other))), noise, draw)
-        views = read(left, right)
-        assert not views._smoothing.compressed, path
-        for image, found in zip((left, right), luminances(views)):
-            np.testing.assert_array_equal(found, fine(image), str(path))
-        number += 1
-    assert number > 20

@@ -158,15 +158,6 @@ def test_rows_that_move_are_a_reason_to_warn_until_the_rig_is_calibrated_anew():
     assert after(ROWS)[0] == 'OK'
 
 
-def test_outputs_that_are_asked_for_and_cannot_be_made_are_a_reason_to_warn():
-    made, published = publisher()
-    made.matched(matched())
-    assert told(made, published, left_out=['depth/image_rect', 'points2']) == (
-        'WARN', 'matching 0.0 pairs/s; depth/image_rect, points2 cannot be made, though asked '
-        'for: the baseline is 0 m by the two camera_info')
-    assert told(made, published, left_out=[]) == ('OK', 'matching 0.0 pairs/s')
-
-
 @pytest.mark.parametrize('baseline, remarks, level, sentence', [
     (0.1, (), 'OK', ''), (7.5, ('it is cm', 'cx is far'), 'WARN', '; it is cm; cx is far'),
     (0.0, ('the baseline is 0 m',), 'OK', '; the baseline is 0 m')])

@@ -86,11 +86,6 @@ def test_pictures_of_ground_truth_are_read_by_their_scale(tmp_path):
                           equal_nan=True)
 
 
-def test_an_npz_with_one_array_is_read(tmp_path):
-    np.savez(tmp_path / 'one.npz', np.array([[1.0, np.inf]]))
-    assert np.array_equal(read_disparity(tmp_path / 'one.npz'), [[1, NAN]], equal_nan=True)
-
-
 def test_a_missing_file_and_a_useless_picture_are_rejected(tmp_path):
     with pytest.raises(ValueError, match='none.pfm cannot be read: No such file'):
         read_disparity(tmp_path / 'none.pfm')

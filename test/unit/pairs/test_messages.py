@@ -6,10 +6,10 @@ from types import SimpleNamespace
 import cv2
 from fuzzy_stereo_ros.pairs.calibration import read_calibration
 from fuzzy_stereo_ros.pairs.messages import ENCODINGS, fill_pixels, read_image, SEMI_PLANAR
-from fuzzy_stereo_ros.pairs.stereo_pair import Calibration, Projection, SIDES
+from fuzzy_stereo_ros.pairs.stereo_pair import Projection, SIDES
 from hypothesis import given, strategies as st
 from made_messages import (
-    compressed, image, info, noise, projection, region, rejection_of, ros_1)
+    compressed, image, info, noise, projection, region, rejection_of)
 import numpy as np
 import pytest
 
@@ -130,16 +130,6 @@ def test_texts_of_messages_are_told_short_and_without_what_a_terminal_obeys():
                       rejection_of(read_image, compressed(b'', hostile))):
         assert str(rejection).isprintable()
         assert len(str(rejection)) < 600
-
-
-def test_a_calibration_is_read_from_the_right_camera():
-    calibration = read_calibration(info(), info(tx=-24.0, cx=53.0))
-    assert calibration == Calibration(focal=200.0, baseline=0.12, offset=-3.0, left=LEFT)
-
-
-def test_ros_1_names_are_read_too():
-    calibration = read_calibration(ros_1(info()), ros_1(info(tx=-24.0)))
-    assert calibration.baseline == pytest.approx(0.12)
 
 
 def test_binning_and_region_change_focal_length_and_offset_but_not_the_baseline():

@@ -230,9 +230,3 @@ def test_what_is_rectified_and_cut_is_reduced_last(scale):
     assert small.left.shape == (cut.left.shape[0] // block, cut.left.shape[1] // block)
     assert abs(small.left - blocks.mean(axis=(1, 3))).max() <= 0.5
     assert small.calibration == cut.calibration.scaled(scale)
-
-
-@pytest.mark.parametrize('scale', [0, 2, 0.3, -0.5, float('nan')])
-def test_another_scale_is_rejected(scale):
-    with pytest.raises(ValueError, match=f'scale is {scale}; allowed are 1, 0.5, 0.25'):
-        PairReader(scale=scale)

@@ -1,7 +1,6 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """The maps of a rectification, against a plain camera and what a lens cannot show."""
-from fuzzy_stereo_ros.pairs.camera_files import COEFFICIENTS
 from fuzzy_stereo_ros.pairs.pair_reader import is_inside, OFF_IMAGE, raw_positions
 from made_messages import info, region, rejection_of
 import numpy as np
@@ -112,10 +111,3 @@ def test_other_names_and_zeros_behind_the_coefficients_are_the_same_lens(model):
     same = RawCamera(model, camera.turn).info(distortion_model=names[model])
     same.d = same.d + [0.0] * (5 - len(same.d) if model == 'equidistant' else 0)
     np.testing.assert_array_equal(places_of(same), places_of(RawCamera(model, camera.turn).info()))
-
-
-@pytest.mark.parametrize('model, count', [
-    (model, count) for model, counts in COEFFICIENTS.items() for count in counts])
-def test_every_allowed_number_of_coefficients_is_taken(model, count):
-    places = places_of(info(distortion_model=model, d=[0.01] + [0.0] * (count - 1)), 80, 100)
-    assert np.abs(places).max() < 110

@@ -2,20 +2,17 @@
 # SPDX-License-Identifier: Apache-2.0
 """Results of a pair into messages, on stand-ins and on ROS's own messages."""
 from array import array
-import struct
 
-import cv2
 from fuzzy_stereo_ros.matching import MatcherConfig
 from fuzzy_stereo_ros.matching.kernels.units import STEPS
 from fuzzy_stereo_ros.pairs.calibration import millimetres_of
 from fuzzy_stereo_ros.pairs.messages import read_image, stamp_of
 from fuzzy_stereo_ros.pairs.result_messages import (
-    DISPARITY_STEP, fill_camera_info, fill_compressed, fill_disparity, fill_image)
+    DISPARITY_STEP, fill_camera_info, fill_disparity, fill_image)
 from hypothesis import given, strategies as st
 from made_messages import (
     empty_disparity, empty_message, made_match, make_pair, region, values_of)
 import numpy as np
-import pytest
 
 
 def filled(disparity, offset=0.0, **config):
@@ -102,40 +99,3 @@ def test_a_camera_info_tells_the_projection_of_the_left_image_as_it_is():
     assert (message.distortion_model, list(message.d)) == ('plumb_bob', [0.0] * 5)
     assert (message.binning_x, message.binning_y) == (0, 0)
     assert message.roi == region()
-
-
-def test_a_compressed_preview_is_the_picture_within_what_jpeg_loses():
-    picture = cv2.resize(np.uint8([[[10, 200, 30], [250, 40, 90]]]), (64, 48))
-    message = fill_compressed(empty_message(), picture, make_pair((48, 64)), 'bgr8')
-    assert message.format == 'bgr8; jpeg compressed bgr8'
-    assert (message.data.typecode, stamp_of(message.header)) == ('B', 12_000_000_345)
-    assert np.abs(read_image(message).astype(int) - picture).max() <= 12
-
-
-def test_compressed_depth_is_a_png_behind_the_header_of_its_transport():
-    levels = np.random.default_rng(0).integers(0, 65536, (48, 64), np.uint16)
-    message = fill_compressed(empty_message(), levels, make_pair((48, 64)), '16UC1')
-    assert message.format == '16UC1; compressedDepth png'
-    assert struct.unpack('<iff', message.data[:12].tobytes()) == (0, 0.0, 0.0)
-    png = np.frombuffer(message.data[12:], np.uint8)
-    np.testing.assert_array_equal(cv2.imdecode(png, cv2.IMREAD_UNCHANGED), levels)
-
-
-def test_messages_of_ros_are_filled():
-    sensor_messages = pytest.importorskip('sensor_msgs.msg')
-    stereo_messages = pytest.importorskip('stereo_msgs.msg')
-    pair = make_pair((80, 100), -2.0)
-    match = made_match(np.full((80, 100), 5.0))
-    sent = fill_disparity(stereo_messages.DisparityImage(), match, pair, MatcherConfig())
-    assert (sent.f, sent.t, sent.min_disparity) == pytest.approx((200.0, 0.12, 2.0))
-    assert (values_of(sent.image) == 7.0).all()
-    assert stamp_of(sent.header) == pair.stamp
-    assert fill_image(
-        sensor_messages.Image(), match.confidence, pair, '32FC1').encoding == '32FC1'
-    picture = np.full((80, 100, 3), 7, np.uint8)
-    assert fill_image(sensor_messages.Image(), picture, pair, 'bgr8').encoding == 'bgr8'
-    info = fill_camera_info(sensor_messages.CameraInfo(), pair)
-    assert list(info.p[:4]) == [200, 0, 50, 0]
-    depth = fill_image(sensor_messages.Image(), millimetres_of(
-        pair.calibration.depth(match.disparity)), pair, '16UC1')
-    assert (read_image(depth) == round(1000 * 24 / 7)).all()

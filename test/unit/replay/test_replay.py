@@ -2,9 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """What `fuzzy-stereo replay` writes: every pair, as the matcher finds it, at the bag's times."""
 import json
-from typing import NamedTuple
 
-from bench.datasets import CALIBRATION, KITTI_DRIVE, read_camera
 import cv2
 from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
 from fuzzy_stereo_ros.matching.match import colour_disparity
@@ -19,11 +17,9 @@ from made_bags import (
 from made_messages import values_of
 import numpy as np
 import pytest
-from real_pairs import DATA, kitti_frames
 from replayed import figures, matches, rejection, replay
 
 LAST_OF_A_PAIR = 3      # ns, that a pair's last message is recorded after its first
-GENERATED = DATA / 'bags_generated'
 
 
 def name_of(form):
@@ -307,18 +303,6 @@ def test_a_jump_back_between_two_selected_pairs_resets_the_matcher(folder, capsy
     assert figures(capsys, 'bag', output='other')['pairs']['warm'] > 0
 
 
-def test_a_jump_back_resets_the_matcher_and_loses_nothing(folder, capsys):
-    pairs = scene(8)
-    write_bag(folder / 'bag', pairs=pairs, change=loop)
-    assert replay('bag') == 0
-    assert 'timestamps jumped back; matcher reset' in capsys.readouterr().err
-    found = [values_of(message.image) for _, _, message in content(folder / 'out', '/disparity')]
-    expected = [match for part in (pairs[:4], pairs[4:]) for match in matches(part, stamps(4))]
-    for values, match in zip(found, expected, strict=True):
-        valid = np.isfinite(match.disparity)
-        np.testing.assert_array_equal(values[valid], np.maximum(match.disparity[valid], 0))
-
-
 def test_a_calibration_that_changes_in_the_middle_is_reported(folder, capsys):
     def changed(number, messages):
         if number >= 3:
@@ -331,25 +315,3 @@ def test_a_calibration_that_changes_in_the_middle_is_reported(folder, capsys):
         'the calibration changed; calibration.json of --files is the one of the last '
         'pairs']
     assert json.loads((folder / 'out/calibration.json').read_text())['focal'] == 2 * FOCAL
-
-
-@pytest.mark.skipif(not GENERATED.exists(), reason=f'there is no {GENERATED}')
-@pytest.mark.parametrize('name', [
-    pytest.param('kitti2012_000027_ros1.bag', marks=pytest.mark.slow),
-    'kitti2012_000027_ros2_db3'])
-def test_real_bags_give_what_their_images_give(folder, capsys, name):
-    found = figures(capsys, GENERATED / name, disparities=96)
-    assert found['topics']['left'] == '/stereo/left/image_rect'
-    assert found['pairs']['matched'] == 5
-    pairs, _ = kitti_frames('000027', range(7, 12))
-    values = disparities(folder / 'out')
-    expected = matches([_Pair(*pair) for pair in pairs], list(values), disparities=96,
-                       camera=read_camera(DATA / KITTI_DRIVE / CALIBRATION))
-    for found, match in zip(values.values(), expected, strict=True):
-        valid = np.isfinite(match.disparity)
-        np.testing.assert_array_equal(found[valid], np.maximum(match.disparity[valid], 0))
-
-
-class _Pair(NamedTuple):
-    left: np.ndarray
-    right: np.ndarray

@@ -8,19 +8,13 @@ import sys
 from fuzzy_stereo_ros import __version__
 from fuzzy_stereo_ros.commands.command_line import main
 from fuzzy_stereo_ros.pairs.image_files import write_image
-from fuzzy_stereo_ros.parameters.options import add_node_options, node_settings
-from fuzzy_stereo_ros.parameters.table import NODE_PARAMETERS
-from fuzzy_stereo_ros.program import Parser
 from fuzzy_stereo_ros.replay import segments
-from fuzzy_stereo_ros.replay.options import READING, RESULTS, SYNCHRONISING
 from fuzzy_stereo_ros.replay.report import ProgressBar
-from made_bags import content, disparities, same, scene, TOPICS, write_bag
+from made_bags import disparities, scene, TOPICS, write_bag
 import numpy as np
 import pytest
-from replayed import clean_rejection, figures, on_a_terminal, replay, run
+from replayed import clean_rejection, on_a_terminal, replay, run
 
-ROWS = {row.name: row for row in NODE_PARAMETERS}
-NAMES = (*SYNCHRONISING, *READING, *RESULTS)
 OTHER_VERSION = "import fuzzy_stereo_ros; fuzzy_stereo_ros.__version__ = '0.0.7'"
 WITHOUT_PACKAGE = "import sys; sys.modules['fuzzy_stereo_ros'] = None"
 OTHER_OPENCV = "import cv2; cv2.__version__ = '4.0'"
@@ -155,39 +149,6 @@ def test_pairs_that_are_all_bad_leave_nothing_and_the_video_before(rejected, fol
     for options in ([], ['--format', 'none']):
         assert 'none of 6 pairs could be matched' in rejected('bag', disparities=200, options=[
             '--video', 'before.avi', '--overwrite', *options])
-
-
-def test_numbers_or_files_are_a_calibration(folder, capsys):
-    found = figures(capsys, 'bare', options=['--focal', 200, '--baseline', 0.12])
-    assert found['calibration'] == (
-        'focal length 200 px, baseline 0.12 m and the centre assumed in the middle of the image')
-    assert replay('bag', output='calibrated') == 0
-    for side, tx in (('left', 0), ('right', -24)):
-        (folder / f'{side}.yaml').write_text(
-            'image_width: 96\nimage_height: 48\ndistortion_model: plumb_bob\n'
-            'camera_matrix: {data: [200, 0, 47.5, 0, 200, 23.5, 0, 0, 1]}\n'
-            'distortion_coefficients: {data: [0, 0, 0, 0, 0]}\n'
-            'rectification_matrix: {data: [1, 0, 0, 0, 1, 0, 0, 0, 1]}\n'
-            f'projection_matrix: {{data: [200, 0, 47.5, {tx}, 0, 200, 23.5, 0, 0, 0, 1, 0]}}\n')
-    found = figures(capsys, 'bare', output='files', options=[
-        '--calibration', 'left.yaml', 'right.yaml'])
-    assert found['calibration'] == 'left.yaml and right.yaml'
-    for options in (['--calibration', 'right.yaml'],
-                    ['--focal', 200, '--baseline', 0.12, '--principal-point', 47.5, 23.5]):
-        assert replay('bare', output=f'by{len(options)}', options=options) == 0
-    for name in ('calibrated', 'files', 'by2', 'by7'):
-        assert all(same(one, other) for (_, _, one), (_, _, other) in zip(
-            content(folder / 'out'), content(folder / name), strict=True))
-
-
-@pytest.mark.parametrize('name', NAMES)
-def test_an_option_has_the_sentence_and_the_default_of_its_parameter(name):
-    parser = Parser(prog='test')
-    add_node_options(parser, 'title', NAMES)
-    settings = node_settings(parser.parse_args([]), NAMES)
-    assert settings[name] == ROWS[name].default
-    assert type(settings[name]) is type(ROWS[name].default)
-    assert ' '.join(ROWS[name].sentence.split()) in ' '.join(parser.format_help().split())
 
 
 def test_the_bar_is_shown_on_a_terminal_alone(folder, capsys, monkeypatch):

@@ -13,7 +13,7 @@ from made_bags import (
     BEGIN, COLUMNS, content, DISPARITIES, ROWS, scene, write_bag)
 import numpy as np
 import pytest
-from replayed import INTERRUPTED, replay, RESTRICTED, run
+from replayed import INTERRUPTED, replay
 
 TIMES = 4       # that a narrow picture is repeated in a frame
 
@@ -51,11 +51,6 @@ def test_a_video_has_image_and_preview_of_each_pair_in_order(folder, suffix):
         assert found == number and away < 12
         found, away = nearest(middle, previews)
         assert found == number and away < 20
-
-
-def test_the_frames_pass_as_fast_as_the_chosen_pairs_were_taken(folder):
-    assert replay('bag', options=['--video', 'third.avi', '--every', 3]) == 0
-    assert film(folder / 'third.avi')[1] == pytest.approx(10, rel=1e-3)
 
 
 @pytest.mark.parametrize(('step', 'rate'), [(0, 10), (1, 240), (60 * 10**9, 0.1)])
@@ -96,18 +91,3 @@ def test_an_interrupted_replay_has_the_video_of_what_was_matched(folder, capsys,
     assert capsys.readouterr().err.endswith(
         'interrupted: 4 pairs were written to alone.avi, up to 0.100 s into the bag\n')
     assert len(film(folder / 'alone.avi')[0]) == 4
-
-
-@pytest.mark.slow
-def test_where_the_disk_is_full_for_a_video_there_is_none_and_the_bag_is_whole(folder):
-    pairs = scene(8, rows=120, columns=240, noise=30.0)
-    write_bag(folder / 'noisy', pairs=pairs)
-    ended = run(RESTRICTED, 600_000, 'noisy', '--format', 'none', '--files', 'png',
-                '--video', 'video.avi')
-    assert ended.returncode == 2
-    sentence = ended.stderr.splitlines()[-1]
-    assert sentence.startswith('fuzzy-stereo: video.avi is incomplete, ')
-    assert sentence.endswith('is the disk full?; 8 pairs were written to out, up to 0.233 s into '
-                             'the bag')
-    assert names_in(folder) == {'bag', 'noisy', 'out'}
-    assert len(list((folder / 'out' / 'disparity').iterdir())) == 8

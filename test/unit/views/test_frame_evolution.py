@@ -9,7 +9,7 @@ from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
 from fuzzy_stereo_ros.pairs.image_files import write_image
 from fuzzy_stereo_ros.synthetic.scenes import make_pair
 from fuzzy_stereo_ros.views.evolution import (
-    evolution_figure, FIRST, MUTATED, observe_frames, RATES, Record, STAY)
+    FIRST, MUTATED, observe_frames, RATES, Record, STAY)
 import numpy as np
 import pytest
 
@@ -103,14 +103,6 @@ def test_two_folders_are_a_sequence_of_frames(folders, tmp_path, capsys, profile
     assert main([*told[:-4], '--json']) == 0
     found = json.loads(capsys.readouterr().out)
     assert [frame['number'] for frame in found['frames']] == [1, 2, 3, 4]
-
-
-def test_a_figure_names_the_profile_and_not_its_algorithm():
-    pytest.importorskip('matplotlib')
-    config = MatcherConfig.from_profile('fast', disparities=24, threads=1)
-    record = Record(config, frames=1, profile='fast')
-    observe_frames(config, [(PAIR.left, PAIR.right)], record.add)
-    assert ', profile fast, population' in evolution_figure(record).get_suptitle()
 
 
 def test_of_folders_that_lack_images_the_frames_of_both_are_a_sequence(folders, capsys):
