@@ -1,13 +1,15 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Links of the pages lead on, and their tables and names are those of the code."""
+import ast
+from functools import cache
 import re
 import subprocess
 import sys
 
 from bench.page import QUOTE, requoted
 from bench.parameter_pages import renewed
-from pages import FENCE, ROOT, text_of
+from pages import FENCE, ROOT, said, text_of
 import pytest
 
 
@@ -105,3 +107,43 @@ def test_make_docs_builds_all_pages_without_a_warning(tmp_path):
                           capture_output=True)
     assert (done.returncode, done.stderr) == (0, '')
     assert (tmp_path / 'docs' / 'index.html').exists()
+
+
+# ---- the sentences that the page of troubles quotes are those of the code ----
+
+
+NAME = 'docs/troubleshooting.md'
+CODE = [ROOT / name for name in ('fuzzy_stereo_ros', 'launch')]
+
+
+def _text(node):
+    """Return the text of a constant or an f-string, None for anything else."""
+    if isinstance(node, ast.Constant):
+        return node.value if isinstance(node.value, str) else None
+    if isinstance(node, ast.JoinedStr):
+        return ''.join(part.value if isinstance(part, ast.Constant) else '…'
+                       for part in node.values)
+    return None
+
+
+@cache
+def texts():
+    """Return all texts in the code, in one string, parted by lines."""
+    found = []
+    for file in (file for folder in CODE for file in folder.rglob('*.py')):
+        for node in ast.walk(ast.parse(file.read_text(encoding='utf-8'))):
+            text = _text(node)
+            if text:
+                found.append(' '.join(text.split()))
+    return '\n'.join(found)
+
+
+def missing_parts(sentence):
+    """Return the parts of a sentence, parted by …, that stand nowhere in the code."""
+    parts = [part.strip() for part in re.split('…', sentence)]
+    return [part for part in parts if part and part not in texts()]
+
+
+@pytest.mark.parametrize('sentence', said(NAME))
+def test_a_quoted_sentence_is_one_of_the_code(sentence):
+    assert missing_parts(sentence) == []

@@ -11,7 +11,6 @@ from made_scenes import shifted_pair
 import numpy as np
 import pytest
 import reference
-import reference_uniform
 
 ROWS, COLUMNS, DISPARITIES = 21, 33, 6
 READINGS = ['literal', 'uniform']
@@ -80,8 +79,8 @@ def test_every_fitness_of_every_uniform_generation_is_that_of_the_twin(
                            for memory in (measure.planes, measure.weights))
         for chromosome, fitness in zip(population, matcher.population.fitness):
             assert chromosome.max() < disparities
-            expected = reference_uniform.cell_fitness(
-                chromosome, reference_uniform.chosen_of(planes, chromosome), weights)
+            expected = reference.cell_fitness(
+                chromosome, reference.chosen_of(planes, chromosome), weights)
             assert fitness == expected.sum() / (255 * 32 * 8)
         numbers.append(number)
 

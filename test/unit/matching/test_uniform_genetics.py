@@ -12,8 +12,8 @@ from fuzzy_stereo_ros.matching.paper.possibility import uniform_membership
 from hypothesis import given, settings, strategies as st
 import numpy as np
 import pytest
+import reference
 import reference_crossover
-import reference_uniform
 
 SHAPES = [(7, 11), (1, 9), (9, 1), (1, 1), (6, 70)]
 DISPARITIES = 6
@@ -62,7 +62,7 @@ def test_weights_are_whole_parts_by_uniformity_and_none_leads_outside(shape, col
     similar = uniform_membership()
     for row, column in np.ndindex(shape):
         shares = []
-        for down, right in reference_uniform.AROUND:
+        for down, right in reference.AROUND:
             if not (0 <= row + down < shape[0] and 0 <= column + right < shape[1]):
                 shares.append(0.0)
                 continue

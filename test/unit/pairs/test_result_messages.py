@@ -2,17 +2,20 @@
 # SPDX-License-Identifier: Apache-2.0
 """Results of a pair into messages, on stand-ins and on ROS's own messages."""
 from array import array
+from types import SimpleNamespace
 
 from fuzzy_stereo_ros.matching import MatcherConfig
 from fuzzy_stereo_ros.matching.kernels.units import STEPS
 from fuzzy_stereo_ros.pairs.calibration import millimetres_of
 from fuzzy_stereo_ros.pairs.messages import read_image, stamp_of
 from fuzzy_stereo_ros.pairs.result_messages import (
-    DISPARITY_STEP, fill_camera_info, fill_disparity, fill_image)
+    DISPARITY_STEP, fill_camera_info, fill_disparity, fill_image, fill_points, one_of_each_voxel)
 from hypothesis import given, strategies as st
 from made_messages import (
-    empty_disparity, empty_message, made_match, make_pair, region, values_of)
+    empty_disparity, empty_message, field_of, made_match, make_pair, region, USUAL_POINTS,
+    values_of)
 import numpy as np
+import pytest
 
 
 def filled(disparity, offset=0.0, **config):
@@ -99,3 +102,128 @@ def test_a_camera_info_tells_the_projection_of_the_left_image_as_it_is():
     assert (message.distortion_model, list(message.d)) == ('plumb_bob', [0.0] * 5)
     assert (message.binning_x, message.binning_y) == (0, 0)
     assert message.roi == region()
+
+
+# ---- matches into point clouds, on stand-ins and on ROS's own messages ----
+
+
+LAYOUTS = [     # use_color, avoid_point_cloud_padding, point_step, places; as point_cloud_node
+    (True, False, 32, {'x': 0, 'y': 4, 'z': 8, 'rgb': 16}),
+    (False, False, 16, {'x': 0, 'y': 4, 'z': 8}),
+    (True, True, 16, {'x': 0, 'y': 4, 'z': 8, 'rgb': 12}),
+    (False, True, 12, {'x': 0, 'y': 4, 'z': 8})]
+
+
+def filled_points(disparity, left, use_color=True, avoid_point_cloud_padding=False, message=None,
+                  **settings):
+    return fill_points(
+        message or empty_message(fields=[], point_step=0, data=array('B')),
+        made_match(disparity), make_pair(left.shape[:2], left=left), SimpleNamespace,
+        {**USUAL_POINTS, 'use_color': use_color,
+         'avoid_point_cloud_padding': avoid_point_cloud_padding, **settings})
+
+
+def scene():
+    rng = np.random.default_rng(3)
+    disparity = rng.uniform(4, 60, (41, 53)).astype(np.float32)
+    disparity[rng.random(disparity.shape) < 0.2] = np.nan
+    return disparity, rng.integers(0, 255, (41, 53, 3), np.uint8)
+
+
+def read_points(message):
+    return np.frombuffer(message.data, '<f4').reshape(message.height, message.width, -1)
+
+
+@pytest.mark.parametrize('use_color, avoid_padding, step, places', LAYOUTS)
+def test_points_lie_where_those_of_point_cloud_node_lie(use_color, avoid_padding, step, places):
+    message = filled_points(np.full((7, 9), 4.0), np.zeros((7, 9), np.uint8), use_color,
+                            avoid_padding)
+    assert {field.name: field.offset for field in message.fields} == places
+    assert {(field.datatype, field.count) for field in message.fields} == {(7, 1)}
+    assert (message.height, message.width) == (7, 9)
+    assert (message.point_step, message.row_step) == (step, 9 * step)
+    assert len(message.data) == 7 * 9 * step
+    assert message.data.typecode == 'B'
+    assert message.is_bigendian is False
+    assert message.is_dense is False
+    assert stamp_of(message.header) == 12_000_000_345
+    assert message.header.frame_id == 'left_optical'
+
+
+@pytest.mark.parametrize('use_color, avoid_padding, step, places', LAYOUTS)
+def test_points_have_the_depth_and_nan_where_there_is_none(use_color, avoid_padding, step, places):
+    disparity = np.float32([[12.0, np.nan, 0.0, -1.0, 24.0]] * 3)
+    message = filled_points(disparity, np.full((3, 5), 9, np.uint8), use_color, avoid_padding)
+    x, y, z = (field_of(message, name) for name in 'xyz')
+    np.testing.assert_array_equal(z, np.float32([[2, np.nan, np.nan, np.nan, 1]] * 3))
+    np.testing.assert_allclose(x[0], [-0.5, np.nan, np.nan, np.nan, -0.23], rtol=1e-6)
+    np.testing.assert_allclose(y[2], np.float32([2, np.nan, np.nan, np.nan, 1]) * (2 - 40) / 201,
+                               rtol=1e-6)
+
+
+@pytest.mark.parametrize('avoid_padding', [False, True])
+@pytest.mark.parametrize('channels', [(), (3,)])
+@pytest.mark.parametrize('dtype', [np.uint8, np.uint16])
+def test_points_have_the_colours_of_the_left_image(dtype, channels, avoid_padding):
+    left = np.random.default_rng(1).integers(0, 200, (7, 9, *channels), dtype)
+    left[3, 4] = 255
+    factor = 1 if dtype == np.uint8 else 16
+    message = filled_points(np.full((7, 9), np.nan), left * dtype(factor), True, avoid_padding)
+    seen = left.astype(np.uint32)
+    blue, green, red = np.moveaxis(seen, -1, 0) if channels else (seen, seen, seen)
+    np.testing.assert_array_equal(field_of(message, 'rgb', '<u4'),
+                                  red * 0x10000 + green * 0x100 + blue)
+
+
+@pytest.mark.parametrize('use_color, avoid_padding, shape', [
+    (True, True, (3, 5)), (False, True, (4, 5)), (False, False, (4, 5)), (True, False, (3, 5))])
+def test_points_of_another_layout_keep_nothing_of_those_before(use_color, avoid_padding, shape):
+    message = filled_points(np.full(shape, 4.0), np.full(shape, 77, np.uint8), use_color,
+                            avoid_padding)
+    again = filled_points(np.full((3, 5), 4.0), np.full((3, 5), 77, np.uint8), False, False,
+                          message)
+    assert again == filled_points(np.full((3, 5), 4.0), np.full((3, 5), 77, np.uint8), False,
+                                  False)
+
+
+def test_a_stride_leaves_every_so_many_th_point_of_the_whole_cloud():
+    disparity, left = scene()
+    few = filled_points(disparity, left, points_stride=4)
+    assert (few.height, few.width, few.is_dense) == (11, 14, False)
+    whole = read_points(filled_points(disparity, left))[::4, ::4]
+    np.testing.assert_allclose(read_points(few)[:, :, :3], whole[:, :, :3], rtol=1e-6, atol=1e-7)
+    np.testing.assert_array_equal(read_points(few)[:, :, 3:], whole[:, :, 3:])
+
+
+def test_points_beyond_the_largest_depth_are_left_out_and_no_others():
+    disparity, left = scene()
+    near = field_of(filled_points(disparity, left, points_max_depth=2.0), 'z')
+    depth = make_pair(disparity.shape).calibration.depth(disparity)
+    np.testing.assert_array_equal(near, np.where(depth <= 2, depth, np.float32(np.nan)))
+    disparity /= 10
+    fitting = field_of(filled_points(disparity, left, points_max_depth=-1.0), 'z')
+    depth = make_pair(disparity.shape).calibration.depth(disparity)
+    np.testing.assert_array_equal(fitting, np.where(disparity >= 3, depth, np.float32(np.nan)))
+
+
+def test_a_voxel_keeps_the_first_of_its_points_with_its_colour():
+    disparity, left = scene()
+    size = 0.25
+    message = filled_points(disparity, left, points_voxel_size=size)
+    assert (message.height, message.is_dense) == (1, True)
+    first = {}
+    for point in read_points(filled_points(disparity, left)).reshape(-1, 8):
+        if np.isfinite(point[2]):
+            first.setdefault(tuple(np.floor(point[:3] / np.float32(size))), point)
+    assert 10 < len(first) < np.isfinite(disparity).sum() / 2
+    np.testing.assert_array_equal(read_points(message)[0], list(first.values()))
+
+
+@given(st.lists(st.tuples(*3 * [st.floats(width=32, allow_nan=False)]), max_size=30),
+       st.floats(1e-6, 1e3))
+def test_of_any_points_none_is_invented_and_each_voxel_keeps_one(points, size):
+    points = np.float32(points).reshape(-1, 3)
+    kept = one_of_each_voxel(points, size)
+    assert set(map(bytes, kept)) <= set(map(bytes, points))
+    assert len(one_of_each_voxel(kept, size)) == len(kept)
+    assert bool(len(kept)) == bool(len(points))
