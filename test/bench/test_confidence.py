@@ -2,15 +2,14 @@
 # SPDX-License-Identifier: Apache-2.0
 """What a confidence is worth; a costmap gets nearly half of a map, little of it wrong."""
 from bench.confidence import (
-    heading, kept_and_wrong, kept_of, pairs_without_truth, PRESETS,
+    heading, kept_and_wrong, PRESETS,
     WRONG, wrong_and_confidence)
-from bench.datasets import available_scenes, MIDDLEBURY_FOLDERS
+from bench.datasets import available_scenes
 from fuzzy_stereo_ros.evaluation.ground_truth import KITTI
 from fuzzy_stereo_ros.evaluation.matchers import Ours
 from made_scenes import small_scene
 import numpy as np
 import pytest
-from real_pairs import DATA
 from repository import ROOT
 import yaml
 
@@ -56,21 +55,3 @@ def test_a_costmap_of_made_scenes_keeps_nearly_half_of_a_map_and_little_is_wrong
 def test_a_costmap_of_faint_textures_with_noise_keeps_nearly_half_of_a_map_and_little_is_wrong():
     check_costmap_of([small_scene(seed, size=(240, 320, 48), objects=6, contrast=0.1, noise=2)
                       for seed in (1, 2)])
-
-
-@pytest.mark.slow
-@pytest.mark.skipif(not DATA.is_dir(), reason=f'no folder: {DATA}')
-@pytest.mark.parametrize('group', [
-    *MIDDLEBURY_FOLDERS, 'kitti',
-    pytest.param('midd2014', marks=pytest.mark.xfail(reason='2.2 % are wrong on Motorcycle'))])
-def test_a_costmap_of_real_pairs_keeps_nearly_half_of_a_map_and_little_is_wrong(group):
-    check_costmap_of(available_scenes(DATA, f'{group}/')[0])
-
-
-@pytest.mark.slow
-@pytest.mark.skipif(not DATA.is_dir(), reason=f'no folder: {DATA}')
-@pytest.mark.parametrize('scene', [
-    pytest.param(scene, id=scene.path) for scene in pairs_without_truth(DATA)[0]])
-def test_a_costmap_of_what_cheap_cameras_see_keeps_nearly_half_of_a_map(scene):
-    kept = kept_of(scene, OURS)
-    assert kept[heading('costmap')] >= SHARE * kept[heading('mapping')]

@@ -150,14 +150,6 @@ def test_every_source_file_keeps_the_rules():
         file.relative_to(ROOT).as_posix(), file.read_text(encoding='utf-8'))] == []
 
 
-def test_no_room_may_import_what_stands_below_it():
-    names = list(ROOMS)
-    for name, room in ROOMS.items():
-        for other in room.project:
-            there = next(known for known in (other, other.split('/')[0]) if known in names)
-            assert names.index(there) < names.index(name) or name.startswith(f'{there}/'), name
-
-
 @pytest.mark.parametrize('folder', ['', *KERNELS])
 def test_kernels_import_no_folder_of_kernels_that_stands_below_theirs(folder):
     kernels = PurePosixPath(PACKAGE, 'matching', 'kernels')

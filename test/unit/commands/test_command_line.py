@@ -23,7 +23,6 @@ from fuzzy_stereo_ros.parameters.options import add_matcher_options, matcher_con
 from fuzzy_stereo_ros.program import Parser
 from fuzzy_stereo_ros.saved_pair import write_saved_pair
 from fuzzy_stereo_ros.synthetic.scenes import make_pair
-from fuzzy_stereo_ros.views.video import HEAD
 import numpy as np
 import pytest
 from raw_camera import COLUMNS, RawCamera, ROWS
@@ -292,17 +291,6 @@ def test_a_saved_pair_is_matched_to_the_same_bits(report, capsys):
     assert told[3].startswith('row offset: not measured')
     assert told[4:] == ['the same as saved, bit for bit']
     assert os.listdir() == ['report']
-
-
-def test_a_saved_pair_needs_no_profile_and_writes_the_given_outputs(report, capsys):
-    found = figures_of(capsys, '--output', 'out.npy', '--picture', 'out.png')
-    assert np.load('out.npy').tobytes() == maps(report)['disparity'].tobytes()
-    assert read_image('out.png').shape == (HEAD + 4 * 60, 4 * 100, 3)
-    assert found['profile'] is None and found['disparities'] == 24
-    assert found['saved'] == {
-        'folder': 'report', 'same': True, 'changed': {}, 'deadline_ms': 0.0, 'versions': [],
-        'differences': {name: {'pixels': 0, 'largest': 0.0, 'valid_in_one': 0}
-                        for name in ('disparity', 'confidence')}}
 
 
 def test_a_difference_is_counted_and_measured_and_ends_with_code_1(report, capsys):
