@@ -40,11 +40,9 @@ COMPRESSED = st.one_of(FORMED, FORMED, FORMED, damages())
 
 
 class SpoiltPairs:
-    """
-    Sends pairs and counts their messages.
+    """Sends pairs and counts their messages."""
 
-    sent: {topic: messages sent while the node was subscribed}. pairs: since the last `settle`.
-    """
+    # sent: {topic: messages sent while the node was subscribed}. pairs: since the last `settle`.
 
     def __init__(self, bench):
         """Subscribe to all outputs of the node on a Bench, and have a first pair matched."""
@@ -60,13 +58,10 @@ class SpoiltPairs:
                      for topic in TOPICS}
 
     def send(self, pair, moment, spoilt):
-        """
-        Send a pair of images.
-
-        moment: (s, ns), the stamp of all four; None is now; `EACH`, that of each stand-in.
-        spoilt: {topic: stand-in of a message, or a function of its bytes that returns others};
-        what is not there is sound.
-        """
+        """Send a pair of images."""
+        # moment: (s, ns), the stamp of all four; None is now; `EACH`, that of each stand-in.
+        # spoilt: {topic: stand-in of a message, or a function of its bytes that returns others};
+        # what is not there is sound.
         def spoil(messages):
             if moment not in (None, EACH):
                 for message in messages.values():

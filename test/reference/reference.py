@@ -1,10 +1,7 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""
-Plain twins of the kernels, one cell at a time, written from the paper and the documentation.
-
-They are slow and meant to be believed at a thumbnail.
-"""
+"""Plain twins of the kernels, one cell at a time, written from the paper and the documentation."""
+# They are slow and meant to be believed at a thumbnail.
 import math
 
 import numpy as np
@@ -146,11 +143,8 @@ SMOOTH = {0: 8, 1: 7}
 
 
 def cell_fitness(genes, chosen, weights):
-    """
-    Return possibility times smoothness of each cell: int64 (R, C).
-
-    genes, chosen: (R, C); weights: (8, R, C)
-    """
+    """Return possibility times smoothness of each cell: int64 (R, C)."""
+    # genes, chosen: (R, C); weights: (8, R, C)
     rows, columns = genes.shape
     found = np.zeros((rows, columns), np.int64)
     for row, column in np.ndindex(rows, columns):

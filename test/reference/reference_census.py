@@ -158,11 +158,8 @@ def match_costs(features, target, labels, model):
 
 
 def prior_costs(prior_labels, weights, labels):
-    """
-    Return what a prior map adds to the costs: int64 (R, C, labels).
-
-    weights: 16 times the dead zone, and the cut. Labels are compared modulo 256.
-    """
+    """Return what a prior map adds to the costs: int64 (R, C, labels)."""
+    # weights: 16 times the dead zone, and the cut. Labels are compared modulo 256.
     volume = np.zeros((*weights.shape, labels), np.int64)
     for row, column, label in np.ndindex(volume.shape):
         dead_zone, cut = divmod(int(weights[row, column]), 16)
@@ -204,12 +201,9 @@ def pass_along(costs, jumps, small, closed=None):
 
 
 def summed_passes(costs, closed, across, down, small, strip, overlap):
-    """
-    Return the sum of the passes right, left, down and up: int64 (R, C, D), at most 255.
-
-    closed: bool (R, C, D), labels that a pixel does not have, or None. The upward pass of each
-    `strip` rows starts `overlap` rows below them.
-    """
+    """Return the sum of the passes right, left, down and up: int64 (R, C, D), at most 255."""
+    # closed: bool (R, C, D), labels that a pixel does not have, or None. The upward pass of each
+    # `strip` rows starts `overlap` rows below them.
     rows, closed = len(across), np.zeros(costs.shape, bool) if closed is None else closed
     costs = np.where(closed, 255, costs)
     sums = pass_along(costs, across, small, closed)
@@ -241,11 +235,8 @@ def equiangular(below, here, above):
 
 
 def winner(sums, labels):
-    """
-    Return the first best of labels by their sums, its offset, its sum, and its margin.
-
-    The margin is by how much the best label elsewhere is dearer; offsets need both neighbours.
-    """
+    """Return the first best of labels by their sums, its offset, its sum, and its margin."""
+    # The margin is by how much the best label elsewhere is dearer; offsets need both neighbours.
     place = int(np.argmin(sums))
     label, least, known = labels[place], int(sums[place]), dict(zip(labels, map(int, sums)))
     elsewhere = min((total for other, total in known.items() if abs(other - label) > 1),

@@ -1,10 +1,7 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""
-Plain twin of a generation: the genes of tiles, and the choice among them.
-
-Nothing is mirrored or packed: column c of an array is column c of the image.
-"""
+"""Plain twin of a generation: the genes of tiles, and the choice among them."""
+# Nothing is mirrored or packed: column c of an array is column c of the image.
 from collections import Counter
 
 import numpy as np
@@ -16,13 +13,10 @@ INHERITED, MUTATES = 2, 4   # cells around a tile that must have a gene, for it 
 
 
 def inherited(parent, top, left, side):
-    """
-    Return how many cells have each label that a tile may inherit from a parent.
-
-    parent: labels, validity or None, pixels a side of a cell, scale of labels, pixels that tiles
-    grow by (0: one cell is enough), and None or the choices of parts of the picture, with their
-    side, and the shift.
-    """
+    """Return how many cells have each label that a tile may inherit from a parent."""
+    # parent: labels, validity or None, pixels a side of a cell, scale of labels, pixels that tiles
+    # grow by (0: one cell is enough), and None or the choices of parts of the picture, with their
+    # side, and the shift.
     labels, validity, cell, scale, grow, choices, part, shift = parent
     if choices is not None:
         found = Counter()
@@ -43,12 +37,9 @@ def inherited(parent, top, left, side):
 
 
 def tile_genes(parents, shape, disparities, last_parent, side, most, mutation=1):
-    """
-    Return {(tile row, tile column): its labels, ascending}, and the same of their origins.
-
-    parents: (origin, what `inherited` takes); the origin of a label is the last parent that has
-    it, 0 where none has
-    """
+    """Return {(tile row, tile column): its labels, ascending}, and the same of their origins."""
+    # parents: (origin, what `inherited` takes); the origin of a label is the last parent that has
+    # it, 0 where none has
     genes, origins = {}, {}
     for top in range(0, shape[0], side):
         for left in range(0, shape[1], side):
@@ -70,11 +61,8 @@ def tile_genes(parents, shape, disparities, last_parent, side, most, mutation=1)
 
 
 def selected(costs, genes, across, down, small, side):
-    """
-    Return labels, offsets, sums and margins of what is selected, (R, C) each.
-
-    costs: int64 (R, C, D), priors included; genes: as of tile_genes; across, down: P2
-    """
+    """Return labels, offsets, sums and margins of what is selected, (R, C) each."""
+    # costs: int64 (R, C, D), priors included; genes: as of tile_genes; across, down: P2
     closed, maps = np.ones(costs.shape, bool), [
         np.zeros(costs.shape[:2], np.int64) for _ in range(4)]
     for (row, column), labels in genes.items():

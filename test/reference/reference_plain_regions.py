@@ -88,11 +88,8 @@ def vote(left, right, mask, numbers, labels):
 
 
 def elect(found, region, labels, nearest, groups):
-    """
-    Return what a region elects, and the shares of halves, and of both halves, that do.
-
-    found: of `vote`; nearest: the lowest label that can be elected; groups: of columns of cells
-    """
+    """Return what a region elects, and the shares of halves, and of both halves, that do."""
+    # found: of `vote`; nearest: the lowest label that can be elected; groups: of columns of cells
     cells = [(column % groups, *votes) for (of_region, _, column), votes in found.items()
              if of_region == region]
     seen = COUNTED * sum(counts for _, _, counts in cells)

@@ -12,11 +12,8 @@ CONSISTENT, OUTSIDE, INVALID, VOTED = 0, 1, 2, 6
 
 
 def validities(labels, target, inside):
-    """
-    Return whether the target, known modulo 256, chose what points back, within one pixel.
-
-    inside: its first and last column that exist; any extra columns come before column 0.
-    """
+    """Return whether the target, known modulo 256, chose what points back, within one pixel."""
+    # inside: its first and last column that exist; any extra columns come before column 0.
     extra = target.shape[1] - labels.shape[1]
     validity = np.zeros(labels.shape, np.uint8)
     for row, column in np.ndindex(labels.shape):
@@ -30,11 +27,8 @@ def validities(labels, target, inside):
 
 
 def components(inside, joined):
-    """
-    Return the 4-connected components of a mask as lists of places: flood fill.
-
-    joined(place, near): whether two neighbours inside belong together.
-    """
+    """Return the 4-connected components of a mask as lists of places: flood fill."""
+    # joined(place, near): whether two neighbours inside belong together.
     rows, columns = inside.shape
     unseen, found = inside.copy(), []
     for start in np.ndindex(inside.shape):

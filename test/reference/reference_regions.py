@@ -20,11 +20,8 @@ def runs(line, weak, step):
 
 
 def regions(grey, weak, step, apart, overlap, least):
-    """
-    Return the number of each pixel's region, -1 for none: int (r, c).
-
-    Regions are numbered by their first pixels.
-    """
+    """Return the number of each pixel's region, -1 for none: int (r, c)."""
+    # Regions are numbered by their first pixels.
     rows = [runs(line, flags, step) for line, flags in zip(grey, weak)]
     nodes = [(row, begin, end) for row, found in enumerate(rows) for begin, end in found]
     joined = np.eye(len(nodes), dtype=bool)
@@ -48,11 +45,8 @@ def regions(grey, weak, step, apart, overlap, least):
 
 
 def points(numbers, region, most, disparities, trusted):
-    """
-    Return x, y and disparity of trusted pixels of a region, (3, n), evenly spread.
-
-    disparities, trusted: (R, C), of the full image
-    """
+    """Return x, y and disparity of trusted pixels of a region, (3, n), evenly spread."""
+    # disparities, trusted: (R, C), of the full image
     sampled = trusted[1::2, 1::2][:numbers.shape[0], :numbers.shape[1]]
     rows, columns = np.nonzero((numbers == region) & sampled)
     every = max(-(-rows.size // most), 1)

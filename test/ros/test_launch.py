@@ -23,12 +23,10 @@ import pytest
 
 
 class Case(NamedTuple):
-    """
-    A launch.
+    """A launch."""
 
-    launch: returns what is launched; check(test): called with a `TestTheLaunched` once a line
-    is printed, `begun`; rig: options of the simulated cameras; wanted: namespace of the outputs.
-    """
+    # launch: returns what is launched; check(test): called with a `TestTheLaunched` once a line
+    # is printed, `begun`; rig: options of the simulated cameras; wanted: namespace of the outputs.
 
     launch: Callable
     check: Callable

@@ -1,12 +1,9 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""
-Compares matches on this processor with those on an emulated aarch64: a row of `make matrix`.
-
-Its argument is an empty folder for an arm64 Python of this Linux distribution and the libraries
-that are installed here. Without the programs it needs it says so, and ends with exit code 0. The
-code is 1 where matches of `realtime` differ; equal ones of `quality` are not promised.
-"""
+"""Compares matches on this processor with those on an emulated aarch64: a row of `make matrix`."""
+# Its argument is an empty folder for an arm64 Python of this Linux distribution and the libraries
+# that are installed here. Without the programs it needs it says so, and ends with exit code 0. The
+# code is 1 where matches of `realtime` differ; equal ones of `quality` are not promised.
 from importlib.metadata import version
 import os
 from pathlib import Path

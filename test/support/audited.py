@@ -1,11 +1,8 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""
-Run a module of the package and note what it does to files, sockets and processes.
-
-The environment names the module (AUDITED_MODULE) and where to write the notes (AUDITED_NOTES), a
-line of JSON each: [event, what it concerns].
-"""
+"""Run a module of the package and note what it does to files, sockets and processes."""
+# The environment names the module (AUDITED_MODULE) and where to write the notes (AUDITED_NOTES), a
+# line of JSON each: [event, what it concerns].
 import json
 import os
 import runpy

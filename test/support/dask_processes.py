@@ -18,19 +18,14 @@ SECONDS = 60     # that a process may take to be there
 
 
 class DaskProcesses:
-    """
-    A scheduler and its workers.
+    """A scheduler and its workers."""
 
-    address: of the scheduler. client: a distributed.Client, to look at what happens.
-    """
+    # address: of the scheduler. client: a distributed.Client, to look at what happens.
 
     def __init__(self, folder, started, before, environment):
-        """
-        Start a scheduler.
-
-        started: ExitStack that ends it. before: code that it runs first. environment: further
-        variables.
-        """
+        """Start a scheduler."""
+        # started: ExitStack that ends it. before: code that it runs first. environment: further
+        # variables.
         with socket.create_server((LOOPBACK, 0)) as free:
             port = free.getsockname()[1]
         self._folder, self._started = folder, started

@@ -63,11 +63,8 @@ def description(*entities):
 
 
 def small(**arguments):
-    """
-    Return the action that launches the node for the small pair, with further arguments.
-
-    Its QoS is reliable: a single pair that the busy machine loses would end a test.
-    """
+    """Return the action that launches the node for the small pair, with further arguments."""
+    # Its QoS is reliable: a single pair that the busy machine loses would end a test.
     return included('fuzzy_stereo.launch.py', disparity_range='16', confidence_threshold='0',
                     input_qos='reliable', **arguments)
 
@@ -90,11 +87,8 @@ def check_disparity(message, shift=SHIFT, disparities=16):
 
 
 def visited(file, **arguments):
-    """
-    Return (context, actions) of a launch file: what it comes to, with nothing started.
-
-    Raises what a wrong argument raises.
-    """
+    """Return (context, actions) of a launch file: what it comes to, with nothing started."""
+    # Raises what a wrong argument raises.
     context = launch.LaunchContext()
     context.launch_configurations.update(arguments)
 

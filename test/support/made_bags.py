@@ -148,11 +148,8 @@ def write_torn_bag(path, pairs, number, form='mcap', **bytes_torn):
 
 
 def torn(content, pair, skipped=0, length=None):
-    """
-    Return the content of a bag with bytes overwritten, from the left image of a pair on.
-
-    skipped: bytes before those; length: how many, two images if None.
-    """
+    """Return the content of a bag with bytes overwritten, from the left image of a pair on."""
+    # skipped: bytes before those; length: how many, two images if None.
     place = content.index(pair.left.tobytes()[:64]) + skipped
     length = length or 2 * pair.left.size
     return content[:place] + b'\xff' * length + content[place + length:]

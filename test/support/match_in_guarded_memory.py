@@ -47,12 +47,10 @@ class _Handler(ctypes.Structure):
 
 
 class GuardedMemory:
-    """
-    Where NumPy takes the memory of arrays from that are made in this thread after `begin`.
+    """Where NumPy takes the memory of arrays from that are made in this thread after `begin`."""
 
-    before: the forbidden page lies before each array, else behind it. overwritten: how many
-    arrays were freed of which bytes around them had changed. guarded: how many were made.
-    """
+    # before: the forbidden page lies before each array, else behind it. overwritten: how many
+    # arrays were freed of which bytes around them had changed. guarded: how many were made.
 
     def __init__(self, before):
         """Prepare; see the class for `before`."""

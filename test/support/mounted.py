@@ -14,11 +14,8 @@ AS_STRANGER = ['setpriv', f'--reuid={STRANGER}', f'--regid={STRANGER}', '--clear
 
 
 def mounting(places):
-    """
-    Return the words before those of a process for which other file systems are in places.
-
-    places: {folder: options of tmpfs}. Skips the test where none may be mounted.
-    """
+    """Return the words before those of a process for which other file systems are in places."""
+    # places: {folder: options of tmpfs}. Skips the test where none may be mounted.
     mounts = ' && '.join(f'mount -t tmpfs -o {options} none {shlex.quote(str(place))}'
                          for place, options in places.items())
     return _allowed(['unshare', '--mount', 'sh', '-c', f'{mounts} && exec "$@"', 'sh'])

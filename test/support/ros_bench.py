@@ -95,12 +95,9 @@ class Surroundings:
         return value
 
     def answer(self, client, request, timeout=SOON, again=5):
-        """
-        Return what a service answers; it is asked anew every `again` s that it says nothing.
-
-        The first answer is lost where the service has not yet heard of its client: DDS tells the
-        two sides of a new connection one after the other.
-        """
+        """Return what a service answers; it is asked anew every `again` s that it says nothing."""
+        # The first answer is lost where the service has not yet heard of its client: DDS tells the
+        # two sides of a new connection one after the other.
         self.until(client.service_is_ready, client.srv_name, timeout)
         asked = {}
 
@@ -117,12 +114,9 @@ class Surroundings:
         return self.until(lambda: self.disparities.pop(sent, None), f'disparity of {sent}')
 
     def first_match(self, left, right, change=None):
-        """
-        Return the DisparityImage of the first pair that gets through.
-
-        DDS tells the two sides of a new connection one after the other; what is sent between
-        is lost without QoS reliable.
-        """
+        """Return the DisparityImage of the first pair that gets through."""
+        # DDS tells the two sides of a new connection one after the other; what is sent between
+        # is lost without QoS reliable.
         sent = set()
 
         def answer():
@@ -134,11 +128,9 @@ class Surroundings:
 
 
 class Bench(Surroundings):
-    """
-    The real node in its own process, in these surroundings.
+    """The real node in its own process, in these surroundings."""
 
-    node_type: called with a domain and command-line arguments, starts it.
-    """
+    # node_type: called with a domain and command-line arguments, starts it.
 
     node_type = NodeProcess
 
@@ -181,11 +173,8 @@ class Bench(Surroundings):
         return self.first_match(left, right)
 
     def counts(self):
-        """
-        Return a dict of the values of diagnostics when all pairs have come to something.
-
-        A disparity is heard of before the node has noted its pair.
-        """
+        """Return a dict of the values of diagnostics when all pairs have come to something."""
+        # A disparity is heard of before the node has noted its pair.
         return self.until(
             lambda: counts if (counts := self.counts_now())['pairs waiting'] == '0' else None,
             'no pair waits')

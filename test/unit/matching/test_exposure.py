@@ -22,11 +22,8 @@ EXPOSURES = {'gain and offset': lambda image: 0.7 * image - 8,
 
 
 def pair_of(exposure, wrong=0.0, seed=0):
-    """
-    Return the left and the right colours, the right ones of one exposure, and a Match.
-
-    wrong: share of the matches that are any other
-    """
+    """Return the left and the right colours, the right ones of one exposure, and a Match."""
+    # wrong: share of the matches that are any other
     random = np.random.default_rng(seed)
     wide = cv2.GaussianBlur(random.uniform(0, 255, (SIZE[0], SIZE[1] + DISPARITY, 3)), None, 4)
     wide = np.interp(wide, (wide.min(), wide.max()), (40, 220))

@@ -27,12 +27,10 @@ def guarded(like):
 
 
 class Scanned:
-    """
-    A pair searched, and the twin's sums of it.
+    """A pair searched, and the twin's sums of it."""
 
-    The working memory begins as noise, so that nothing is read that was not written before; what
-    lies between its parts, and around the chosen maps, must stay as it was.
-    """
+    # The working memory begins as noise, so that nothing is read that was not written before; what
+    # lies between its parts, and around the chosen maps, must stay as it was.
 
     def __init__(self, shape, disparities, tile=64, min_disparity=0, threads=1, channels=0):
         left, right = small_pair(*shape, disparity=min(4, shape[1] - 1), channels=channels)

@@ -1,11 +1,8 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""
-A warm start is safe, and worth it.
-
-Every frame is matched warm, after the frames before it, and cold; errors are percent of the
-visible pixels, dense.
-"""
+"""A warm start is safe, and worth it."""
+# Every frame is matched warm, after the frames before it, and cold; errors are percent of the
+# visible pixels, dense.
 from functools import cache
 from itertools import product
 from typing import NamedTuple
