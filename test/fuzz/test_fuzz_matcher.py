@@ -145,16 +145,6 @@ def test_a_stamp_that_is_no_whole_number_is_rejected_and_the_next_frame_is_as_wi
     np.testing.assert_array_equal(found.disparity, expected.disparity)
 
 
-@examples(30)
-@given(st.lists(st.one_of(st.none(), st.integers(), st.integers(-2**63, 2**63 - 1).map(np.int64)),
-                min_size=1, max_size=3))
-def test_any_whole_stamps_are_taken(stamps):
-    image = noise(np.uint8, (9, 12), 0)
-    matcher = StereoMatcher(MatcherConfig(disparities=4, threads=1))
-    for stamp in stamps:
-        assert_sound(matcher.match(image, image, stamp), image.shape, matcher.config)
-
-
 # ---- values of parameters ----
 
 NAMES = [field.name for field in fields(MatcherConfig)]
@@ -180,19 +170,6 @@ def test_a_configuration_takes_a_value_or_rejects_it_by_name(changes):
     for field in fields(config):
         value, row = getattr(config, field.name), field.metadata['row']
         assert row.low is None or row.low <= value <= row.high
-
-
-@examples(60)
-@given(st.one_of(VALUES, st.sampled_from(sorted(PROFILES))), st.dictionaries(
-    st.one_of(st.sampled_from(NAMES), st.text(max_size=5)), VALUES, max_size=2))
-def test_a_profile_is_known_or_rejected(name, changes):
-    try:
-        config = MatcherConfig.from_profile(name, **changes)
-    except ValueError as rejection:
-        assert 'allowed are' in str(rejection) or 'no parameter is called' in str(rejection)
-        return
-    assert isinstance(name, str) and name in PROFILES
-    assert isinstance(config, MatcherConfig)
 
 
 ROWS = ROS_PARAMETERS

@@ -102,19 +102,6 @@ def test_an_incompatible_qos_is_named(make_bench):
                 'qos_overrides./right/image_rect.subscription.reliability') in report
 
 
-def test_qos_overrides_that_no_topic_has_are_told_with_what_may_be_meant(make_bench):
-    names = [f'qos_overrides./{name}' for name in (
-        'left/image_rect.subscription.depth', 'left/image_rec.subscription.depth',
-        'disparity.publisher.depth', 'disparity.publisher.lifespan', 'tf.subscription.history')]
-    with make_bench(*SMALL, *(word for name in names for word in ('-p', f'{name}:=2'))) as bench:
-        bench.listen()
-        bench.connect()
-        line = bench.node.logged('QoS overrides for unknown topics are ignored')
-        assert line.endswith(f'ignored: {names[3]}, {names[1]} (did you mean {names[0]}?), '
-                             f'{names[4]}')
-        assert bench.node.log().count('QoS overrides for unknown topics') == 1
-
-
 def test_raw_images_are_rectified_and_cut_to_what_both_cameras_see(make_bench):
     cameras = [RawCamera(turn=(0.02, 0.03, -0.01)),
                RawCamera(turn=(-0.02, 0.01, 0.02), right=0.12, centre=(160.0, 118.0))]

@@ -4,7 +4,7 @@
 
 import cv2
 from fuzzy_stereo_ros.pairs.messages import read_image
-from made_messages import shows, values_of
+from made_messages import values_of
 from made_scenes import shifted_pair
 import numpy as np
 import pytest
@@ -104,20 +104,3 @@ def test_only_what_outputs_names_is_advertised_as_its_parameters_say(make_bench)
         latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
         bench.collect(DisparityImage, 'disparity', {}, latched)
         bench.node.logged('a subscriber of /disparity requests an incompatible QoS (DURABILITY)')
-
-
-def test_reduced_scale_keeps_metres_and_tells_focal_length_and_size(make_bench):
-    from sensor_msgs.msg import CameraInfo
-    far, near = shifted_pair(8, rows=120, columns=240)
-    with make_bench(*SMALL, '-p', 'scale:=0.5', '-p', 'disparity_range:=32') as bench:
-        message = bench.begin(far, near)
-        assert (message.image.width, message.image.height, message.f) == (120, 60, 100.0)
-        assert (message.min_disparity, message.max_disparity) == (0.0, 16.0)
-        assert (message.delta_d, message.valid_window.x_offset) == (1 / 16, 16)
-        assert shows(message, 4)
-        infos = {}
-        bench.collect(CameraInfo, 'depth/camera_info', infos)
-        bench.until(lambda: bench.rig.publish(far, near) and infos, 'camera_info')
-        info = infos[min(infos)]
-        assert (info.width, info.height, info.p[0]) == (120, 60, 100.0)
-        assert info.p[2] == (119.5 + 0.5) / 2 - 0.5

@@ -115,16 +115,22 @@ def test_a_request_that_rclpy_cannot_read_is_logged_and_survived(bench):
     assert bench.match(*PAIR).max_disparity == 15.0
 
 
-def test_names_that_no_parameter_has_are_told_in_one_warning_with_what_may_be_meant(start_node):
-    names = ('disparity_rang', 'disparities', 'unheard', 'fill',
-             'qos_overrides./left/image_rect.subscription.depth')
-    node = start_node('--ros-args', *(
-        word for name in names for word in ('-p', f'{name}:={"true" if name == "fill" else 3}')))
-    node.logged('loading the kernels')
-    warning, = (line for line in node.log().splitlines() if 'WARN' in line)
-    assert warning.endswith(
-        'unknown parameters are ignored: disparities (did you mean disparity_range?), '
-        'disparity_rang (did you mean disparity_range?), unheard')
+def test_names_that_no_parameter_or_topic_has_are_told_once_with_what_may_be_meant(make_bench):
+    topics = [f'qos_overrides./{name}' for name in (
+        'left/image_rect.subscription.depth', 'left/image_rec.subscription.depth',
+        'disparity.publisher.depth', 'disparity.publisher.lifespan', 'tf.subscription.history')]
+    with make_bench('--ros-args', '-p', 'fill:=true', *(word for name in (
+            'disparity_rang', 'disparities', 'unheard', *topics)
+            for word in ('-p', f'{name}:=2'))) as bench:
+        bench.listen()
+        bench.connect()
+        bench.node.logged(
+            f'QoS overrides for unknown topics are ignored: {topics[3]}, {topics[1]} (did you '
+            f'mean {topics[0]}?), {topics[4]}')
+        bench.node.logged(
+            'unknown parameters are ignored: disparities (did you mean disparity_range?), '
+            'disparity_rang (did you mean disparity_range?), unheard')
+        assert sum('WARN' in line for line in bench.node.log().splitlines()) == 2
 
 
 @pytest.mark.parametrize('name, meant', [

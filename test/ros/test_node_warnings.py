@@ -89,20 +89,6 @@ def test_a_suspicion_ends_with_the_first_pair_that_is_rejected_or_missing(bench)
     status_when(bench, is_ok, PAIR)
 
 
-def test_remarks_on_the_cameras_are_in_the_log_once_and_in_the_status_until_they_are_mended(bench):
-    def in_millimetres(messages):
-        messages['right/camera_info'].p[3] *= 1000
-
-    status = status_when(bench, warns, PAIR, in_millimetres)
-    remark = 'the baseline is 120 m; if that is meant to be cm or mm'
-    assert f'; {remark}' in status.message
-    assert bench.counts_now()['calibration'].startswith(remark)
-    bench.node.logged(remark)
-    assert bench.node.log().count(remark) == 1
-    status_when(bench, is_ok, PAIR)
-    assert bench.counts_now()['calibration'] == 'OK'
-
-
 def test_swapped_and_black_images_are_warned_of_once_each_time_and_a_wall_is_not(bench):
     assert '; ' not in status_when(bench, is_ok, PAIR).message
     mark = bench.node.mark()

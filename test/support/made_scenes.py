@@ -5,6 +5,7 @@ from dataclasses import replace
 from functools import partial
 
 from bench.scoring import ScoredPair
+import cv2
 from fuzzy_stereo_ros.evaluation.catalogue import Scene
 from fuzzy_stereo_ros.evaluation.ground_truth import MIDDLEBURY
 from fuzzy_stereo_ros.evaluation.scores import score
@@ -90,3 +91,11 @@ def bits(match):
 def wrong(match, pair):
     """Return the percent of the visible pixels that are off by more than one pixel."""
     return score(match.disparity, pair.truth, pair.visible).bad_dense[1.0]
+
+
+def film(path):
+    """Return the frames of a video, and its rate."""
+    video, frames = cv2.VideoCapture(str(path)), []
+    while (read := video.read())[0]:
+        frames.append(read[1])
+    return frames, video.get(cv2.CAP_PROP_FPS)

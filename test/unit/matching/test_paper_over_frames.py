@@ -14,7 +14,7 @@ import made_scenes
 from made_scenes import bits, wrong
 import numpy as np
 import pytest
-import reference_inheritance as twins
+import reference_warp as twins
 
 ROWS, COLUMNS, DISPARITIES, FRAMES = 130, 160, 24, 6
 CONFIG = MatcherConfig.from_profile('paper_live', disparities=DISPARITIES, fill=True, threads=1)

@@ -4,13 +4,13 @@
 import os
 import signal
 
-from films import film
 from fuzzy_stereo_ros.commands.command_line import main
 from fuzzy_stereo_ros.pairs.messages import read_image
 from fuzzy_stereo_ros.replay.report import ProgressBar
 from fuzzy_stereo_ros.views.video import CODECS, HEAD
 from made_bags import (
     BEGIN, COLUMNS, content, DISPARITIES, ROWS, scene, write_bag)
+from made_scenes import film
 import numpy as np
 import pytest
 from replayed import INTERRUPTED, replay

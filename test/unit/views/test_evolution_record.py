@@ -4,7 +4,6 @@
 from dataclasses import replace
 import os
 
-from films import film
 from fuzzy_stereo_ros.evaluation.scores import score
 from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
 from fuzzy_stereo_ros.matching.paper.fitness import Lineage
@@ -15,7 +14,7 @@ from fuzzy_stereo_ros.views.evolution import (
     evolution_figure, EvolutionFilm, FIRST, MUTATED, observe_generations, ORIGIN_COLOURS,
     origin_of_fittest_child, RATES, Record, SECOND, Snapshot, STAY)
 from fuzzy_stereo_ros.views.pictures import PANEL_SUFFIXES, write_figure
-from made_scenes import bits
+from made_scenes import bits, film
 import numpy as np
 import pytest
 
@@ -110,13 +109,6 @@ def test_the_origin_of_the_fittest_child_has_its_parents_and_mutations():
         expected[line:] = SECOND
         expected[population[slot] == 1001] = MUTATED
         np.testing.assert_array_equal(origin, expected)
-
-
-def test_without_children_the_fittest_has_its_own_genes():
-    former = random_genes(2)
-    lineage = Lineage(np.zeros(0, int), np.zeros((0, 2), int))
-    origin = origin_of_fittest_child(former, former, np.array([1.0, 2.0]), lineage)
-    assert (origin == FIRST).all()
 
 
 # ---- the course ----

@@ -6,13 +6,12 @@ import subprocess
 import sys
 
 import cv2
-from films import film
 from fuzzy_stereo_ros.matching.match import colour_disparity, HATCH
 from fuzzy_stereo_ros.pairs.image_files import in_eight_bits
 from fuzzy_stereo_ros.views import video
 from fuzzy_stereo_ros.views.video import (
     CODECS, disparity_picture, HEAD, PANEL, side_by_side, VideoFile, VideoSink)
-from made_scenes import DISPARITIES, made_matched
+from made_scenes import DISPARITIES, film, made_matched
 import numpy as np
 import pytest
 
