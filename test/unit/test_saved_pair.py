@@ -212,13 +212,6 @@ def maps(rows, columns, kind=np.float32):
 
 
 DAMAGES = {
-    'a camera without focal length': (
-        lambda folder: rewritten(folder, 'calibration', 'left', fx=0.0),
-        'fx is 0 by the two camera_info; allowed are 1e-09 to 1e'),
-    'points of rows far outside of any image': (
-        lambda folder: restored(folder, points=np.full((30, 4), 1e9, np.float32)),
-        'points or offsets out of range'),
-    'no record': (lambda folder: (folder / 'pair.json').write_text('7'), 'pair.json is 7; needed'),
     'an older parameter': (
         lambda folder: rewritten(folder, 'parameters', mutation_rate=None),
         'parameters is .*; needed'),
@@ -246,9 +239,6 @@ DAMAGES = {
     'labels beyond the range': (
         lambda folder: restored(folder, labels=maps(60, 100, np.uint8) + 24 + EXTRA_LABELS),
         'labels out of range'),
-    'too few tiles': (
-        lambda folder: restored(folder, ages=np.ones((2, 4, 6), np.float32)),
-        'ages of the state is'),
 }
 
 

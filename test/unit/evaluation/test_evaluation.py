@@ -33,29 +33,6 @@ def test_the_figures_are_those_counted_by_hand():
     assert figures.rms_error == pytest.approx(math.sqrt((1 + 2.25 + 16 + 36 + 12.25) / 7))
 
 
-def test_an_error_of_exactly_the_threshold_is_not_bad():
-    figures = score(np.array([[6.0]]), np.array([[5.0]]), thresholds=(1.0, 0.99))
-    assert figures.bad_dense == {1.0: 0.0, 0.99: 100.0}
-
-
-def test_a_mask_leaves_pixels_out_whether_bool_or_grey():
-    mask = np.zeros((2, 5), np.uint8)
-    mask[0, :3] = 255
-    for kind in (mask, mask == 255):
-        figures = score(FOUND, TRUTH, kind)
-        assert figures.pixels == 3
-        assert figures.bad_dense[1.0] == pytest.approx(100 / 3)
-
-
-def test_figures_over_no_pixel_are_nan_not_zero():
-    nothing = score(FOUND, np.full_like(TRUTH, NAN))
-    assert nothing.pixels == 0
-    assert math.isnan(nothing.density) and math.isnan(nothing.bad_dense[1.0])
-    empty = score(np.full_like(TRUTH, NAN), TRUTH)
-    assert empty.density == 0 and empty.bad_dense[1.0] == 100
-    assert math.isnan(empty.bad_sparse[1.0]) and math.isnan(empty.average_error)
-
-
 def test_maps_of_different_shapes_are_rejected():
     with pytest.raises(ValueError, match=r'truth has the shape \(1, 5\), the disparity \(2, 5\)'):
         score(FOUND, TRUTH[:1])
@@ -63,27 +40,38 @@ def test_maps_of_different_shapes_are_rejected():
         score(FOUND, TRUTH, np.ones((2, 4)))
 
 
-maps = arrays.arrays(np.float32, (4, 6), elements=st.one_of(
-    st.just(float('nan')), st.floats(-100, 100, width=32)))
+def share(flags):
+    return 100 * np.mean(flags) if len(flags) else NAN
 
 
-@given(maps)
-def test_the_truth_itself_has_no_error(truth):
-    figures = score(truth, truth)
-    if figures.pixels:
-        assert figures.density == 100 and figures.rms_error == 0 and figures.d1_dense == 0
-    assert np.array_equal(error_map(truth, truth), np.where(np.isnan(truth), NAN, 0),
-                          equal_nan=True)
+LEVELS = NAN, -7.0, 5.0, 5.5, 6.0, 7.0, 100.0, 104.0, 106.0
+maps, truths = (arrays.arrays(np.float32, (3, 4), elements=st.sampled_from(levels))
+                for levels in (LEVELS, (*LEVELS, np.inf)))
 
 
-def test_the_error_map_is_absolute_and_invalid_where_either_is():
-    expected = [[0, 1, 1.5, NAN, NAN], [4, 6, 3.5, NAN, 0]]
-    assert np.allclose(error_map(FOUND, TRUTH), expected, equal_nan=True)
-
-
-def test_flicker_counts_changes_over_the_pixels_valid_in_both():
-    after = np.array([[10, 12.5, 11.5, 5, 7], [NAN, 106, 94, 3, 100]], np.float32)
-    assert flicker(FOUND, after) == pytest.approx(100 * 2 / 8)
+@given(maps, truths, arrays.arrays(bool, (3, 4)), st.booleans())
+def test_figures_are_those_of_each_pixel_of_a_mask_of_bool_or_grey(found, truth, mask, grey):
+    """NaN, not 0, where there is no pixel; an error of exactly a threshold is not bad."""
+    figures = score(found, truth, mask * np.uint8(255) if grey else mask)
+    pairs = [(one, other) for one, other, counts in zip(found.flat, truth.flat, mask.flat)
+             if counts and np.isfinite(other)]
+    errors = [abs(one - other) if np.isfinite(one) else np.inf for one, other in pairs]
+    valid = [error for error in errors if error < np.inf]
+    assert figures.pixels == len(pairs)
+    assert figures.density == pytest.approx(share(np.isfinite(errors)), nan_ok=True)
+    for limit in figures.bad_dense:
+        assert figures.bad_dense[limit] == pytest.approx(
+            share(np.greater(errors, limit)), nan_ok=True)
+        assert figures.bad_sparse[limit] == pytest.approx(
+            share(np.greater(valid, limit)), nan_ok=True)
+    assert figures.d1_dense == pytest.approx(share([
+        error > 3 and error > 0.05 * abs(other) for error, (_, other) in zip(errors, pairs)]),
+        nan_ok=True)
+    assert figures.average_error == pytest.approx(np.mean(valid) if valid else NAN, nan_ok=True)
+    expected = np.where(np.isfinite(found) & np.isfinite(truth), abs(found - truth), NAN)
+    np.testing.assert_array_equal(error_map(found, truth), expected)
+    assert flicker(found, truth) == pytest.approx(
+        share(expected[np.isfinite(expected)] > 1), nan_ok=True)
 
 
 @pytest.mark.parametrize('shift', [(0, -2), (0, 2), (1, 0), (-1, 1)])

@@ -10,7 +10,7 @@ from fuzzy_stereo_ros.pairs.calibration import millimetres_of
 from fuzzy_stereo_ros.pairs.messages import read_image, stamp_of
 from fuzzy_stereo_ros.pairs.result_messages import (
     DISPARITY_STEP, fill_camera_info, fill_disparity, fill_image, fill_points, one_of_each_voxel)
-from hypothesis import given, strategies as st
+from hypothesis import given, settings, strategies as st
 from made_messages import (
     empty_disparity, empty_message, field_of, made_match, make_pair, region, USUAL_POINTS,
     values_of)
@@ -115,12 +115,12 @@ LAYOUTS = [     # use_color, avoid_point_cloud_padding, point_step, places; as p
 
 
 def filled_points(disparity, left, use_color=True, avoid_point_cloud_padding=False, message=None,
-                  **settings):
+                  **options):
     return fill_points(
         message or empty_message(fields=[], point_step=0, data=array('B')),
         made_match(disparity), make_pair(left.shape[:2], left=left), SimpleNamespace,
         {**USUAL_POINTS, 'use_color': use_color,
-         'avoid_point_cloud_padding': avoid_point_cloud_padding, **settings})
+         'avoid_point_cloud_padding': avoid_point_cloud_padding, **options})
 
 
 def scene():
@@ -134,45 +134,41 @@ def read_points(message):
     return np.frombuffer(message.data, '<f4').reshape(message.height, message.width, -1)
 
 
-@pytest.mark.parametrize('use_color, avoid_padding, step, places', LAYOUTS)
-def test_points_lie_where_those_of_point_cloud_node_lie(use_color, avoid_padding, step, places):
-    message = filled_points(np.full((7, 9), 4.0), np.zeros((7, 9), np.uint8), use_color,
-                            avoid_padding)
+@settings(max_examples=80, deadline=None)
+@given(layout=st.sampled_from(LAYOUTS), stride=st.integers(1, 4), seed=st.integers(0, 999),
+       most=st.sampled_from([-1.0, 0.0, 2.0]), dtype=st.sampled_from([np.uint8, np.uint16]),
+       channels=st.sampled_from([(), (3,)]))
+def test_points_lie_and_have_colours_as_those_of_point_cloud_node(
+        layout, stride, seed, most, dtype, channels):
+    use_color, avoid_padding, step, places = layout
+    random = np.random.default_rng(seed)
+    disparity = random.choice(np.float32([np.nan, -1, 0, 2.5, 3, 12, 24, 50]), (11, 13))
+    left = random.integers(0, 200, (11, 13, *channels), dtype)
+    left[::stride, ::stride][1, 1] = 255        # so that 16 bits are of 12
+    message = filled_points(
+        disparity, left * dtype(1 if dtype == np.uint8 else 16), use_color, avoid_padding,
+        points_stride=stride, points_max_depth=most)
+    rows, columns = (len(range(0, size, stride)) for size in left.shape[:2])
     assert {field.name: field.offset for field in message.fields} == places
     assert {(field.datatype, field.count) for field in message.fields} == {(7, 1)}
-    assert (message.height, message.width) == (7, 9)
-    assert (message.point_step, message.row_step) == (step, 9 * step)
-    assert len(message.data) == 7 * 9 * step
-    assert message.data.typecode == 'B'
-    assert message.is_bigendian is False
-    assert message.is_dense is False
-    assert stamp_of(message.header) == 12_000_000_345
-    assert message.header.frame_id == 'left_optical'
-
-
-@pytest.mark.parametrize('use_color, avoid_padding, step, places', LAYOUTS)
-def test_points_have_the_depth_and_nan_where_there_is_none(use_color, avoid_padding, step, places):
-    disparity = np.float32([[12.0, np.nan, 0.0, -1.0, 24.0]] * 3)
-    message = filled_points(disparity, np.full((3, 5), 9, np.uint8), use_color, avoid_padding)
-    x, y, z = (field_of(message, name) for name in 'xyz')
-    np.testing.assert_array_equal(z, np.float32([[2, np.nan, np.nan, np.nan, 1]] * 3))
-    np.testing.assert_allclose(x[0], [-0.5, np.nan, np.nan, np.nan, -0.23], rtol=1e-6)
-    np.testing.assert_allclose(y[2], np.float32([2, np.nan, np.nan, np.nan, 1]) * (2 - 40) / 201,
-                               rtol=1e-6)
-
-
-@pytest.mark.parametrize('avoid_padding', [False, True])
-@pytest.mark.parametrize('channels', [(), (3,)])
-@pytest.mark.parametrize('dtype', [np.uint8, np.uint16])
-def test_points_have_the_colours_of_the_left_image(dtype, channels, avoid_padding):
-    left = np.random.default_rng(1).integers(0, 200, (7, 9, *channels), dtype)
-    left[3, 4] = 255
-    factor = 1 if dtype == np.uint8 else 16
-    message = filled_points(np.full((7, 9), np.nan), left * dtype(factor), True, avoid_padding)
-    seen = left.astype(np.uint32)
-    blue, green, red = np.moveaxis(seen, -1, 0) if channels else (seen, seen, seen)
-    np.testing.assert_array_equal(field_of(message, 'rgb', '<u4'),
-                                  red * 0x10000 + green * 0x100 + blue)
+    assert (message.height, message.width, len(message.data)) == (
+        rows, columns, rows * columns * step)
+    assert (message.point_step, message.row_step) == (step, columns * step)
+    assert (message.data.typecode, message.is_bigendian, message.is_dense) == ('B', False, False)
+    assert (stamp_of(message.header), message.header.frame_id) == (12_000_000_345, 'left_optical')
+    down, across = (place[::stride, ::stride] for place in np.indices(disparity.shape))
+    with np.errstate(divide='ignore'):
+        depth = 200 * 0.12 / disparity[::stride, ::stride]
+    farthest = {0.0: np.inf, 2.0: 2.0, -1.0: 200 * 0.12 / 3}[most]
+    depth[~((depth > 0) & (depth < np.inf) & (depth <= farthest))] = np.nan
+    for name, expected in (('x', depth * (across - 50) / 200), ('y', depth * (down - 40) / 201),
+                           ('z', depth)):
+        np.testing.assert_allclose(field_of(message, name), expected, rtol=1e-5)
+    if use_color:
+        seen = left[::stride, ::stride].astype(np.uint32)
+        blue, green, red = np.moveaxis(seen, -1, 0) if channels else (seen, seen, seen)
+        np.testing.assert_array_equal(field_of(message, 'rgb', '<u4'),
+                                      red * 0x10000 + green * 0x100 + blue)
 
 
 @pytest.mark.parametrize('use_color, avoid_padding, shape', [
@@ -184,26 +180,6 @@ def test_points_of_another_layout_keep_nothing_of_those_before(use_color, avoid_
                           message)
     assert again == filled_points(np.full((3, 5), 4.0), np.full((3, 5), 77, np.uint8), False,
                                   False)
-
-
-def test_a_stride_leaves_every_so_many_th_point_of_the_whole_cloud():
-    disparity, left = scene()
-    few = filled_points(disparity, left, points_stride=4)
-    assert (few.height, few.width, few.is_dense) == (11, 14, False)
-    whole = read_points(filled_points(disparity, left))[::4, ::4]
-    np.testing.assert_allclose(read_points(few)[:, :, :3], whole[:, :, :3], rtol=1e-6, atol=1e-7)
-    np.testing.assert_array_equal(read_points(few)[:, :, 3:], whole[:, :, 3:])
-
-
-def test_points_beyond_the_largest_depth_are_left_out_and_no_others():
-    disparity, left = scene()
-    near = field_of(filled_points(disparity, left, points_max_depth=2.0), 'z')
-    depth = make_pair(disparity.shape).calibration.depth(disparity)
-    np.testing.assert_array_equal(near, np.where(depth <= 2, depth, np.float32(np.nan)))
-    disparity /= 10
-    fitting = field_of(filled_points(disparity, left, points_max_depth=-1.0), 'z')
-    depth = make_pair(disparity.shape).calibration.depth(disparity)
-    np.testing.assert_array_equal(fitting, np.where(disparity >= 3, depth, np.float32(np.nan)))
 
 
 def test_a_voxel_keeps_the_first_of_its_points_with_its_colour():
