@@ -4,6 +4,7 @@
 from functools import partial
 from itertools import count
 import os
+import subprocess
 import sys
 import threading
 from types import SimpleNamespace
@@ -14,6 +15,7 @@ from fuzzy_stereo_ros.matching.bands import (
 from hypothesis import given, settings, strategies as st
 import numpy as np
 import pytest
+from repository import ROOT
 
 PATIENCE = 300      # s
 
@@ -239,6 +241,52 @@ def test_an_exception_at_any_line_of_any_thread_ends_the_call_for_all_threads(
     assert done == list(range(9))
     assert told[1] == len(working)      # nobody has gone on
     pool.close()
+
+
+INTERRUPTED = """
+import random, signal, threading
+from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
+from fuzzy_stereo_ros.matching.kernels.compiled import KernelCache
+from fuzzy_stereo_ros.matching.realtime import matcher as realtime
+from fuzzy_stereo_ros.synthetic.scenes import make_pair
+from made_scenes import bits
+
+def interrupt(*_):
+    if armed:
+        raise KeyboardInterrupt
+
+def load(*arguments, load=KernelCache.load_overload):
+    assert threading.current_thread() is not threading.main_thread()
+    return load(*arguments)
+
+KernelCache.load_overload = load    # an interrupt would be lost there, or leave numba locked
+armed, interrupted, longest, expected = False, 0, 0.5, None
+signal.signal(signal.SIGALRM, interrupt)
+realtime.FEWEST_SHARED = 0     # threads share small images, too
+pair = make_pair(160, 240, 32, noise=2.0)
+matcher = StereoMatcher(MatcherConfig(disparities=32, threads=4, warm_start=False, fill=True))
+for _ in range(60):
+    armed = True
+    try:
+        signal.setitimer(signal.ITIMER_REAL, random.uniform(0.0002, longest))
+        matcher.match(pair.left, pair.right)
+        armed = False
+    except KeyboardInterrupt:
+        armed, interrupted = False, interrupted + 1
+    match = matcher.match(pair.left, pair.right)
+    longest = min(longest, match.times['total'] / 1000)
+    expected = expected or bits(match)
+    assert bits(match) == expected
+print(interrupted)
+"""
+
+
+def test_an_interrupt_ends_a_match_on_four_threads_and_the_next_one_is_as_before():
+    done = subprocess.run([sys.executable, '-c', INTERRUPTED], capture_output=True, text=True,
+                          timeout=PATIENCE, cwd=ROOT,
+                          env={**os.environ, 'PYTHONPATH': f'{ROOT}:{ROOT / "test" / "support"}'})
+    assert done.returncode == 0, done.stderr
+    assert int(done.stdout) > 30
 
 
 def test_the_threads_of_a_deleted_thread_pool_end():
