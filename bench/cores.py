@@ -38,9 +38,9 @@ class TimedPool(ThreadPool):
         super().__init__(1)
         self.joins, self.within, self._cores, self._by_task = [], 0.0, cores, by_task
 
-    def parts(self, rows, height=1):
+    def parts(self, rows, height=1, each=1):
         """Return the parts of an image for the cores."""
-        return cut_parts(rows, self._cores, height)
+        return cut_parts(rows, self._cores, height, each)
 
     def run(self, work, items, needs):
         """Work as ThreadPool does, and time each item."""

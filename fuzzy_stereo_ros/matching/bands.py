@@ -19,7 +19,7 @@ import time
 from weakref import finalize
 
 _FEWEST_ROWS = 64   # below this a band is mostly overlap
-_ROWS_OF_TWO, _ROWS, _LEAST_ROWS, MOST_PARTS = 480, 60, 30, 32   # see cut_parts
+_LEAST_ROWS, MOST_PARTS = 30, 32    # see cut_parts
 _TRIAL = 12         # frames at each place in a trial
 _REST = 48          # frames from a trial to the next, if times change in between
 _LONGEST_REST = 384     # frames from a trial to the next, if they do not
@@ -99,9 +99,9 @@ class ThreadPool:
         self.places = HelperAffinity()
         self._end = finalize(self, _end, self._queues)
 
-    def parts(self, rows, height=1):
+    def parts(self, rows, height=1, each=1):
         """Return the parts of an image for these threads, see `cut_parts`."""
-        return cut_parts(rows, self.threads, height)
+        return cut_parts(rows, self.threads, height, each)
 
     def begin_frame(self):
         """Measure the frame that ends; choose where helping threads run in the next one."""
@@ -343,17 +343,16 @@ def cut_bands(rows, height=1):
 
 
 @lru_cache(64)
-def cut_parts(rows, threads, height=1):
+def cut_parts(rows, threads, height=1, each=1):
     """
     Return the parts of an image for a number of threads, as `cut_bands` returns bands.
 
-    For stages whose result is the same however rows are cut. There are two for each of several
-    threads, so that others do the part of a thread that wakes late or runs slowly, where each then
-    has 60 rows or more and the image 480; else one, of 30 rows or more. There are at most
-    MOST_PARTS.
+    For stages whose result is the same however rows are cut. There are `each` for each of several
+    threads: of a long stage two, so that others do the part of a thread that wakes late or runs
+    slowly; a short one costs as much by its calls. Each part has 30 rows or more, and there are
+    at most MOST_PARTS.
     """
-    two = threads > 1 and rows >= max(2 * threads * _ROWS, _ROWS_OF_TWO)
-    count = min(2 * threads if two else threads, rows // _LEAST_ROWS)
+    count = min(threads * each if threads > 1 else 1, rows // _LEAST_ROWS)
     return _cut(rows, height, max(min(count, MOST_PARTS, -(-rows // height)), 1))
 
 

@@ -91,7 +91,7 @@ class Generation:
         """
         parents = tuple(map(tuple, (*self._parents_of(half), previous or NO_PARENT)))
         features = tuple(self._possibility.features)
-        rows, columns = (chain.parts(side * SIDE, SIDE) for side in self._tiles)
+        rows, columns = (chain.parts(side * SIDE, SIDE, 2) for side in self._tiles)
 
         def listed(part):
             list_genes(*parents, self._addresses, self._scratch[part[0]][0],

@@ -40,11 +40,21 @@ def test_a_widened_band_is_so_many_rows_higher_on_both_sides_inside(first, heigh
     assert widened(band, reach, rows) == (max(first - reach, 0), min(band[2] + reach, rows))
 
 
-@pytest.mark.parametrize('rows, threads, count', [
-    (240, 1, 1), (4000, 1, 1), (59, 2, 1), (60, 2, 2), (479, 2, 2), (480, 2, 4), (240, 8, 8),
-    (720, 8, 8), (959, 8, 8), (960, 8, 16), (4000, 99, 32), (240, 9, 8), (480, 32, 16)])
-def test_several_threads_have_two_parts_each_and_one_where_images_are_small(rows, threads, count):
-    assert len(cut_parts(rows, threads)) == count == len(ThreadPool(threads).parts(rows))
+@given(st.integers(1, 5000), st.integers(1, 200), st.sampled_from([1, 32, 64]),
+       st.integers(1, 2))
+def test_no_part_is_empty_and_there_are_at_most_so_many(rows, threads, height, each):
+    parts = cut_parts(rows, threads, height, each)
+    assert len(parts) <= min(each * threads, MOST_PARTS)
+    assert all(first < last for _, first, last in parts)
+
+
+@pytest.mark.parametrize('rows, threads, each, count', [
+    (240, 1, 2, 1), (4000, 1, 1, 1), (59, 2, 1, 1), (60, 2, 2, 2), (480, 2, 1, 2), (480, 2, 2, 4),
+    (240, 8, 1, 8), (720, 8, 2, 16), (4000, 99, 1, 32), (240, 9, 1, 8), (480, 32, 2, 16)])
+def test_several_threads_have_so_many_parts_each_and_one_where_images_are_small(
+        rows, threads, each, count):
+    parts = cut_parts(rows, threads, 1, each)
+    assert len(parts) == count == len(ThreadPool(threads).parts(rows, each=each))
 
 
 def processors_of_helpers(pool):
