@@ -33,10 +33,10 @@ class TimedPool(ThreadPool):
     the first parts it needs; within: ms of all of them and of the clock that times them
     """
 
-    def __init__(self, cores, by_task=True):
-        """Begin without joins; by_task: whether tasks of a kernel are parts of their own."""
+    def __init__(self, cores):
+        """Begin without joins."""
         super().__init__(1)
-        self.joins, self.within, self._cores, self._by_task = [], 0.0, cores, by_task
+        self.joins, self.within, self._cores = [], 0.0, cores
 
     def parts(self, rows, height=1, each=1):
         """Return the parts of an image for the cores."""
@@ -53,12 +53,6 @@ class TimedPool(ThreadPool):
         super().run(timed, items, needs)
         self.joins.append(list(zip(times, needs)))
         self.within += 1000 * (time.thread_time() - started)
-
-    def shares(self, needs):
-        """Have a kernel called for each task, or as a pool of so many threads would."""
-        if self._by_task:
-            return [1] * len(needs), needs
-        return [len(needs)] * self._cores, [0] * self._cores
 
 
 def scheduled(parts, cores):
@@ -132,9 +126,7 @@ def reckon(matcher, frames, cost):
         times = {}
         for cores in (1, *CORES):
             frame, pool = frames[number % len(frames)], TimedPool(cores)
-            # To list each task costs time of its own between joins, which no real pool needs.
-            alone = time_alone(matcher, TimedPool(cores, by_task=False), rows, frame)
-            time_alone(matcher, pool, rows, frame)
+            alone = time_alone(matcher, pool, rows, frame)
             times[cores] = together(pool.joins, alone, cores, cost)
         found.append({f'{cores} cores, faster by': times[1] / times[cores] for cores in CORES})
     return pd.DataFrame(found).median().to_dict()

@@ -113,14 +113,6 @@ class ThreadPool:
         """Call work(item) for every item; after, reach: as of a Chain, here nothing is before."""
         self.run(work, items, [0] * len(items))
 
-    def share(self, work, needs, after=None):
-        """Share the tasks of a kernel, see `shares`; after: as of `each`."""
-        self.run(work, *self.shares(needs))
-
-    def shares(self, needs):
-        """Return how many tasks a kernel, which waits itself, takes by calls, and needs."""
-        return [len(needs)] * self.threads, [0] * self.threads
-
     def run(self, work, items, needs):
         """
         Call work(item) for every item and return when all are done.
@@ -206,14 +198,6 @@ class Chain:
             return self._add(work, items, [before if after is None else after] * number)
         return self._add(work, items, [
             max(before - max(number - index - 1 - reach, 0), 0) for index in range(number)])
-
-    def share(self, work, needs, after=None):
-        """Add a stage that shares the tasks of a kernel, see `ThreadPool.shares`, as `each`."""
-        items, needs = self._pool.shares(needs)
-        before = len(self._calls)
-        first = before if after is None else after
-        return self._add(work, items, [max(first, before + need if need else 0)
-                                       for need in needs])
 
     def _add(self, work, items, needs):
         self._calls += [(work, item) for item in items]

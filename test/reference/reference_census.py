@@ -168,12 +168,25 @@ def prior_costs(prior_labels, weights, labels):
     return volume
 
 
-def box_costs(volume, places):
-    """Return the sums over 3 x 3 pixels, borders repeated, / 2**places, cut."""
-    around = np.pad(volume, ((1, 1), (1, 1), (0, 0)), 'edge')
-    rows, columns = volume.shape[:2]
-    return sum(around[down:down + rows, right:right + columns]
-               for down, right in np.ndindex(3, 3)) // 2**places
+def box_costs(volume, labels, places, side):
+    """
+    Return the sums over 3 x 3 pixels / 2**places, cut: int64 (R, C, labels).
+
+    Apart for each tile, borders repeated; it has `side` columns up to its last one. Columns before
+    the image are those of the target, compared with column 0. volume: (R, C, labels + side)
+    """
+    sums = np.zeros((*volume.shape[:2], labels), np.int64)
+    for top in range(0, len(volume), side):
+        for left in range(0, volume.shape[1], side):
+            rows, end = volume[top:top + side], min(left + side, volume.shape[1])
+            before = max(side - end, 0)
+            tile = np.stack([rows[:, max(column, 0), max(-column, 0):][:, :labels]
+                             for column in range(end - side, end)], axis=1)
+            around = np.pad(tile, ((1, 1), (1, 1), (0, 0)), 'edge')
+            box = sum(around[down:down + len(rows), right:right + side]
+                      for down, right in np.ndindex(3, 3)) // 2**places
+            sums[top:top + side, left:end] = box[:, max(before, side - (end - left)):]
+    return sums
 
 
 # ---- scanline passes ----
@@ -200,11 +213,9 @@ def pass_along(costs, jumps, small, closed=None):
     return paths
 
 
-def summed_passes(costs, closed, across, down, small, strip, overlap):
+def summed_passes(costs, closed, across, down, small):
     """Return the sum of the passes right, left, down and up: int64 (R, C, D), at most 255."""
-    # closed: bool (R, C, D), labels that a pixel does not have, or None. The upward pass of each
-    # `strip` rows starts `overlap` rows below them.
-    rows, closed = len(across), np.zeros(costs.shape, bool) if closed is None else closed
+    # closed: bool (R, C, D), labels that a pixel does not have
     costs = np.where(closed, 255, costs)
     sums = pass_along(costs, across, small, closed)
     after = np.pad(across, ((0, 0), (0, 1)))[:, 1:]
@@ -214,11 +225,9 @@ def summed_passes(costs, closed, across, down, small, strip, overlap):
     sums = sums + pass_along(
         *(values.swapaxes(0, 1) for values in (costs, down)), small,
         closed.swapaxes(0, 1)).swapaxes(0, 1)
-    for top in range(0, rows, strip):
-        under = np.s_[top:min(top + strip + overlap, rows)]
-        sums[top:top + strip] += pass_along(
-            *(values[under][::-1].swapaxes(0, 1) for values in (costs, below)), small,
-            closed[under][::-1].swapaxes(0, 1)).swapaxes(0, 1)[::-1][:strip]
+    sums = sums + pass_along(
+        *(values[::-1].swapaxes(0, 1) for values in (costs, below)), small,
+        closed[::-1].swapaxes(0, 1)).swapaxes(0, 1)[::-1]
     return np.minimum(sums, 255)
 
 
@@ -245,15 +254,6 @@ def winner(sums, labels):
     if {label - 1, label + 1} <= set(labels):
         offset = equiangular(known[label - 1], least, known[label + 1])
     return label, offset, least, elsewhere - least
-
-
-def chosen(sums):
-    """Return what is chosen of the sums (R, C, D): labels, offsets, sums, margins, (R, C) each."""
-    maps, labels = [np.zeros(sums.shape[:2], np.int64) for _ in range(4)], range(sums.shape[2])
-    for row, column in np.ndindex(sums.shape[:2]):
-        for values, value in zip(maps, winner(sums[row, column], labels)):
-            values[row, column] = value
-    return maps
 
 
 def chosen_by_target(labels, sums, extra=0, hides=8):

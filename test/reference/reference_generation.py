@@ -60,6 +60,12 @@ def tile_genes(parents, shape, disparities, last_parent, side, most, mutation=1)
     return genes, origins
 
 
+def all_labels(shape, disparities, side):
+    """Return the genes of all tiles where all labels are genes, as `tile_genes` does."""
+    return {(row, column): list(range(disparities)) for row in range(-(-shape[0] // side))
+            for column in range(-(-shape[1] // side))}
+
+
 def selected(costs, genes, across, down, small, side):
     """Return labels, offsets, sums and margins of what is selected, (R, C) each."""
     # costs: int64 (R, C, D), priors included; genes: as of tile_genes; across, down: P2
@@ -68,7 +74,7 @@ def selected(costs, genes, across, down, small, side):
     for (row, column), labels in genes.items():
         tile = np.s_[row * side:(row + 1) * side, column * side:(column + 1) * side]
         closed[tile][..., labels] = False
-    sums = summed_passes(costs, closed, across, down, small, len(costs), 0)
+    sums = summed_passes(costs, closed, across, down, small)
     for row, column in np.ndindex(costs.shape[:2]):
         labels = genes[row // side, column // side]
         found, known = winner(sums[row, column, labels], labels), sums[row, column]

@@ -56,10 +56,10 @@ def twin_features(left, right, min_disparity=0, extra=0):
     return [(twins.census(view), twins.gradient(twins.eight_bits(view))) for view in fine]
 
 
-def twin_costs(left, right, labels, min_disparity=0, model=FULL_SIZE):
-    """Return the cost of each label of each pixel, without priors: int64 (R, C, labels)."""
+def twin_costs(left, right, labels, min_disparity=0, model=FULL_SIZE, more=0):
+    """Return the cost of each label, and of more, of a pair, without priors: (R, C, labels)."""
     features = twin_features(left, right, min_disparity, extra_columns(min_disparity, labels))
-    return twins.match_costs(*features, labels, model)
+    return twins.match_costs(*features, labels + more, model)
 
 
 def padded(luminance):

@@ -7,8 +7,7 @@ Kernels that get addresses instead of arrays compile in a fraction of the time. 
 by value or by rank; numba needs seconds to compile NumPy's functions for that.
 """
 from fuzzy_stereo_ros.matching.kernels.compiled import called, inlined
-from fuzzy_stereo_ros.matching.kernels.simd import (
-    broadcast, equal_bits, first_set, LANES, load, splat)
+from fuzzy_stereo_ros.matching.kernels.simd import equal_bits, first_set, LANES, load, splat
 from numba import types
 from numba.extending import intrinsic
 import numpy as np
@@ -48,56 +47,8 @@ def _writing(kind):
 
 
 # (address, index) -> the number there; (address, index, number) writes it
-load_byte, load_short, load_word, load_long = (_reading(kind) for kind in (
-    types.uint8, types.uint16, types.int32, types.int64))
-store_byte, store_short, store_word, store_long = (_writing(kind) for kind in (
-    types.uint8, types.uint16, types.uint32, types.int64))
-
-
-@intrinsic
-def take_number(typing, address):
-    """Return the int64 at an address, and add 1 to it, while no other thread does so."""
-    def generate(context, builder, signature, arguments):
-        one = context.get_constant(types.int64, 1)
-        return builder.atomic_rmw('add', _element(context, builder, types.int64, *arguments,
-                                                  context.get_constant(types.intp, 0)),
-                                  one, 'seq_cst')
-    return types.int64(types.intp), generate
-
-
-@intrinsic
-def is_done(typing, address, index):
-    """Return the byte at an address: once it is 1, what its thread wrote before can be read."""
-    return types.uint8(types.intp, types.intp), lambda context, builder, _, arguments: (
-        builder.load_atomic(_element(context, builder, types.uint8, *arguments), 'acquire', 1))
-
-
-@intrinsic
-def set_done(typing, address, index):
-    """Write 1 to the byte at an address: see is_done."""
-    def generate(context, builder, signature, arguments):
-        builder.store_atomic(context.get_constant(types.uint8, 1),
-                             _element(context, builder, types.uint8, *arguments), 'release', 1)
-        return context.get_dummy_value()
-    return types.void(types.intp, types.intp), generate
-
-
-# Lets another thread use the processor, if one waits for it.
-give_way = types.ExternalFunction('sched_yield', types.int32())
-
-
-@intrinsic
-def splat_word(typing, vector, words, index):
-    """
-    Return a vector like another with the byte that a word repeats four times in every lane.
-
-    words: the address of uint32, of which that at `index` is taken. Processors broadcast words
-    while they load them, but bytes only in a second step.
-    """
-    def generate(context, builder, signature, arguments):
-        word = builder.load(_element(context, builder, types.uint32, *arguments[1:]))
-        return builder.bitcast(broadcast(builder, word, vector.lanes // 4), arguments[0].type)
-    return vector(vector, types.intp, types.intp), generate
+load_byte, load_short, load_long = map(_reading, (types.uint8, types.uint16, types.int64))
+store_byte, store_short, store_long = map(_writing, (types.uint8, types.uint16, types.int64))
 
 
 @inlined
@@ -116,14 +67,6 @@ def next_byte(numbers, at, number, equal):
     while at < numbers.size and (numbers[at] == number) != equal:
         at += 1
     return at
-
-
-@inlined
-def repeat_bytes(numbers, begin, end, words, at):
-    """Write numbers[begin:end], uint8, as words that repeat a byte four times, from index at."""
-    for index in range(end - begin):
-        byte = np.uint32(load_byte(numbers, begin + index))
-        store_word(words, at + index, np.uint32(byte * np.uint32(0x01010101)))
 
 
 @called

@@ -116,36 +116,10 @@ def store(typing, array, index, vector):
 
 
 @intrinsic
-def prefetch(typing, address, index):
-    """Ask for the bytes at an address, from `index` on, which are soon read."""
-    def generate(context, builder, signature, arguments):
-        place = place_of(context, builder, address, *arguments, ir.IntType(8))
-        # to read, into all caches, data
-        how = [context.get_constant(types.uint32, number) for number in (0, 3, 1)]
-        llvm_call(builder, 'llvm.prefetch.p0i8', ir.VoidType(), [place, *how])
-        return context.get_dummy_value()
-    return types.void(types.intp, types.intp), generate
-
-
-@intrinsic
 def splat(typing, scalar):
     """Return a vector with the same number, uint8, uint16 or float32, in every lane."""
     return generated(VECTOR[scalar.bitwidth](scalar), lambda builder, number: builder.bitcast(
         broadcast(builder, number), lanes_in_llvm(scalar.bitwidth)))
-
-
-@intrinsic
-def doubled(typing, vector):
-    """Return a vector of twice as many lanes: its own, two times."""
-    wide = _Vector(vector.bits, 2 * vector.lanes)
-    return generated(wide(vector), lambda builder, one: shuffled(
-        builder, one, one, list(range(wide.lanes))))
-
-
-@intrinsic
-def lanes_of(typing, vector):
-    """Return how many lanes a vector has."""
-    return types.intp(vector), lambda context, *_: context.get_constant(types.intp, vector.lanes)
 
 
 @intrinsic
@@ -249,10 +223,10 @@ def _bits_where_equal(builder, a, b):
     return builder.bitcast(builder.icmp_unsigned('==', a, b), ir.IntType(a.type.count))
 
 
-def _lowest_set_bit(builder, bits, never_zero):
+def _lowest_set_bit(builder, bits):
     """Return the index of the lowest set bit as a number of 64 bits."""
     kind, index = bits.type, ir.IntType(64)
-    found = llvm_call(builder, f'llvm.cttz.i{kind.width}', kind, [bits, ir.IntType(1)(never_zero)])
+    found = llvm_call(builder, f'llvm.cttz.i{kind.width}', kind, [bits, ir.IntType(1)(0)])
     return (found if kind.width == 64 else builder.zext(found, index) if kind.width < 64
             else builder.trunc(found, index))
 
@@ -264,16 +238,9 @@ def equal_bits(typing, a, b):
 
 
 @intrinsic
-def first_equal(typing, a, b):
-    """Return the index of the first lane that is equal in two vectors; some lane has to be."""
-    return generated(types.intp(a, b), lambda builder, *both: _lowest_set_bit(
-        builder, _bits_where_equal(builder, *both), True))
-
-
-@intrinsic
 def first_set(typing, bits):
     """Return the index of the lowest set bit of a uint32 or uint64; their size for 0."""
-    return generated(types.intp(bits), lambda builder, word: _lowest_set_bit(builder, word, False))
+    return generated(types.intp(bits), lambda builder, word: _lowest_set_bit(builder, word))
 
 
 @intrinsic

@@ -4,28 +4,33 @@
 A frame is a generation: its map is selected among the genes of its parents.
 
 Not in the paper, whose random population does not converge in the time of a frame. The parents
-are the half-size chromosome of this pair, as it was found and as it was smoothed, and the previous
-frame's best, moved into this frame. The cells of a tile exchange their genes (crossover), which
-are changed by one (mutation); the gene whose sum of four scanline paths (Hirschmueller, 2008) is
-least is selected. What is selected is, as it was found, a parent of the next frame.
+are the chromosome of this pair at half the size, as it was found and as it was smoothed, and the
+previous frame's best, moved into this frame. The cells of a tile exchange their genes (crossover),
+which are changed by one (mutation); the gene whose sum of four scanline paths (Hirschmueller,
+2008) is least is selected. What is selected is, as it was found, a parent of the next frame. At
+the smallest size all labels are genes.
 """
 from fuzzy_stereo_ros.matching.arrays import zeros
 from fuzzy_stereo_ros.matching.bands import MOST_PARTS
 from fuzzy_stereo_ros.matching.kernels.addresses import address_of
 from fuzzy_stereo_ros.matching.kernels.possibility.costs import Prior
 from fuzzy_stereo_ros.matching.kernels.scanlines import selection
-from fuzzy_stereo_ros.matching.kernels.scanlines.selection import Found, PITCH, Scratch
+from fuzzy_stereo_ros.matching.kernels.scanlines.selection import (
+    Found, PITCH, Scratch, SearchResult)
 from fuzzy_stereo_ros.matching.kernels.scanlines.tile_genes import (
     list_genes, MOST_GENES, Parent, SIDE, Tiles)
 from fuzzy_stereo_ros.matching.kernels.temporal.change_detection import TILE
-from fuzzy_stereo_ros.matching.realtime.scanlines import new_result
-from fuzzy_stereo_ros.matching.realtime.views import half_disparities
 import numpy as np
 
-GROW = 8        # px around a tile whose half-size genes it inherits, as they were found
+GROW = 8        # px around a tile whose genes of half the size it inherits, as they were found
 NO_PARENT = Parent(*(0,) * 5, 1, 1, *(0,) * 5)
 SPARE = 4       # by 1 / SPARE more memory is made than a frame needs
 USUAL = 12      # genes of a tile, for which memory is made before the first frame
+
+
+def gene_type(disparities):
+    """Return the smallest dtype of genes."""
+    return np.uint8 if disparities <= 256 else np.uint16
 
 
 def parent_of(labels, validity=None, cell=1, scale=1, grow=0, choices=None, shift=(0, 0)):
@@ -40,76 +45,129 @@ def parent_of(labels, validity=None, cell=1, scale=1, grow=0, choices=None, shif
                   grow, choices, TILE, *shift)
 
 
-class Generation:
+class Selection:
     """
-    The generation of one image size: the genes of its tiles, memory, and what is selected.
+    The choice among genes of the tiles of one image size: memory, and what is selected.
 
     Costs and paths of rows of tiles are independent, and then those of columns of tiles.
+
+    chosen: a `SearchResult`, which the next pair overwrites; counts: int64 (tiles,), genes of each
     """
 
-    def __init__(self, possibility, few=False, mutation=1):
-        """
-        Allocate for the size of a `CensusPossibility`.
-
-        few: whether a tile inherits of the half-size chromosome only what it has there, smoothed
-        mutation: by how much genes are changed
-        """
-        self._parents_of = _smooth_parent_of if few else _parents_of
-        self._possibility, self.chosen = possibility, new_result(possibility)
+    def __init__(self, possibility, most):
+        """Allocate for the size of a `CensusPossibility` and so many genes of a tile."""
+        self._possibility = possibility
         rows, columns = possibility.rows, possibility.columns
-        tiles = self._tiles = -(-rows // SIDE), -(-columns // SIDE)
-        number = tiles[0] * tiles[1]
-        self._last_parent = 2 * (half_disparities(possibility.disparities) - 1)
-        self.genes, self.origins = (zeros((number, MOST_GENES), kind)
-                                    for kind in (np.uint16, np.uint8))
+        self.chosen = SearchResult(
+            zeros((rows, columns), gene_type(possibility.disparities)),
+            zeros((rows, columns), np.int8), *(
+                zeros((rows, width), np.uint8)
+                for width in (columns, columns, possibility.right.columns)))
+        self._tiles = -(-rows // SIDE), -(-columns // SIDE)
+        number = self._tiles[0] * self._tiles[1]
         self.counts, self._places = zeros(number, np.int64), zeros(number + 1, np.int64)
-        self._addresses = tuple(Tiles(
-            *tiles, mutation, *map(address_of, (
-                self.genes, self.origins, self.counts, self._places))))
         self._no_prior = Prior(self.chosen.labels, zeros((rows, columns), np.uint8))
         sizes = selection.scratch_sizes(
-            possibility.disparities, tiles[1], self.chosen.target.shape[1])
+            possibility.disparities, most, self._tiles[1], self.chosen.target.shape[1])
         ends = np.cumsum([-(-size // SIDE) * SIDE for size in sizes]).tolist()
         self._memory = [zeros(ends[-1], np.uint8) for _ in range(MOST_PARTS)]
         self._own = [[address_of(memory) + start for start in (0, *ends[:-1])]
                      for memory in self._memory]
         self._sums, self._lines = np.empty(0, np.uint8), np.empty((MOST_PARTS, 2, 0), np.uint8)
-        self.counts[:] = USUAL
-        self._have_memory()
 
-    def _scratch_of_lines(self):
-        """Return the Scratch of each part, with the memory for rows and columns of tiles."""
-        return [tuple(Scratch(*own, *map(address_of, lines)))
-                for own, lines in zip(self._own, self._lines)]
+    def _addresses_of(self, mutation, stride, genes, origins):
+        """Return the fields of the `Tiles` with genes; mutation, stride: see `Tiles`."""
+        return tuple(Tiles(*self._tiles, mutation, stride, *map(address_of, (
+            genes, origins, self.counts, self._places))))
 
-    def select(self, chain, half, previous, prior):
-        """
-        Select the genes of the cells, in `chosen`, which the next generation overwrites.
+    def _place(self, half=None, previous=None):
+        """Have memory for the genes counted; half, previous: the priors, see `Found`."""
+        np.cumsum(self.counts, out=self._places[1:])
+        counts = self.counts.reshape(self._tiles)
+        of_line = max(counts.sum(axis=0).max(), counts.sum(axis=1).max())
+        if self._sums.size < counts.sum() * PITCH:
+            self._sums = zeros(_with_spare(counts.sum()) * PITCH, np.uint8)
+        if self._lines.shape[2] < of_line * PITCH:
+            self._lines = zeros((MOST_PARTS, 2, _with_spare(of_line) * PITCH), np.uint8)
+            self._scratch = [tuple(Scratch(*own, *map(address_of, lines)))
+                             for own, lines in zip(self._own, self._lines)]
+        possibility, chosen = self._possibility, self.chosen
+        penalties = possibility.penalties
+        self._found = tuple(Found(
+            possibility.rows, penalties.small, possibility.model.box, *map(address_of, (
+                penalties.across, penalties.down)), chosen.labels.itemsize,
+            *map(address_of, (*(half or self._no_prior), *(previous or self._no_prior),
+                              self._sums, *chosen)), chosen.target.shape[1]))
 
-        chain: a Chain, whose mark of this stage is returned; half: the `HalfSizeResult`;
-        previous: the `Parent` of the previous best, None where there is none; prior: its `Prior`
-        """
-        parents = tuple(map(tuple, (*self._parents_of(half), previous or NO_PARENT)))
+    def _parts(self, chain):
+        """Return the parts, for the threads of a chain, of the rows and the columns of tiles."""
+        return [chain.parts(side * SIDE, SIDE, 2) for side in self._tiles]
+
+    def _select(self, chain, after=None):
+        """Add the stages of the selection to a chain and return their mark, see `Chain.each`."""
         features = tuple(self._possibility.features)
-        rows, columns = (chain.parts(side * SIDE, SIDE, 2) for side in self._tiles)
-
-        def listed(part):
-            list_genes(*parents, self._addresses, self._scratch[part[0]][0],
-                       self._possibility.disparities, self._last_parent, *_tiles_of(part))
-
-        def place(_):
-            np.cumsum(self.counts, out=self._places[1:])
-            self._have_memory()
-            self._found = tuple(self._found_by(half.prior, prior))
-        chain.each(listed, rows)
-        chain.each(place, [0])
-        for kernel, parts in (selection.sum_across, rows), (selection.select_down, columns):
+        for kernel, parts in zip((selection.sum_across, selection.select_down),
+                                 self._parts(chain)):
             chain.each(lambda part, kernel=kernel: kernel(
                 features, self._found, self._addresses, self._scratch[part[0]], *_tiles_of(part)),
-                parts)
+                parts, after)
+            after = None
         return chain.each(lambda part: selection.select_of_target(
             features, self._found, self._scratch[part[0]], *part[1:]),
             chain.parts(self._possibility.rows))
+
+
+class AllLabels(Selection):
+    """The selection among all labels: what the smallest size begins with."""
+
+    def __init__(self, possibility):
+        """Allocate for the size of a `CensusPossibility`."""
+        super().__init__(possibility, possibility.disparities)
+        self._genes = np.arange(possibility.disparities, dtype=np.uint16)
+        self.counts[:] = possibility.disparities
+        self._addresses = self._addresses_of(0, 0, self._genes, self._genes)
+        self._place()
+
+    def select(self, chain, after=None):
+        """Select, in `chosen`; chain: a Chain, whose mark is returned; after: a stage of it."""
+        return self._select(chain, after)
+
+
+class Generation(Selection):
+    """The selection among the genes of parents; genes, origins: see `Tiles`."""
+
+    def __init__(self, possibility, few=False, mutation=1, grow=GROW):
+        """
+        Allocate for the size of a `CensusPossibility`.
+
+        few: whether a tile inherits of the chromosome of half the size only what it has there,
+        smoothed; mutation: by how much genes are changed; grow: px around a tile
+        """
+        super().__init__(possibility, MOST_GENES)
+        self._few, self._grow = few, grow
+        self.genes, self.origins = (zeros((len(self.counts), MOST_GENES), kind)
+                                    for kind in (np.uint16, np.uint8))
+        self._addresses = self._addresses_of(mutation, MOST_GENES, self.genes, self.origins)
+        self.counts[:] = USUAL
+        self._place()
+
+    def select(self, chain, half, previous=None, prior=None):
+        """
+        Select the genes of the cells, in `chosen`.
+
+        chain: a Chain, whose mark of this stage is returned; half: the `SmallResult` of half the
+        size; previous: the `Parent` of the previous best, None where there is none; prior: its
+        `Prior`
+        """
+        parents = tuple(map(tuple, (*self._parents_of(half), previous or NO_PARENT)))
+
+        def listed(part):
+            list_genes(*parents, self._addresses, self._scratch[part[0]][0],
+                       self._possibility.disparities, 2 * (half.disparities - 1),
+                       *_tiles_of(part))
+        chain.each(listed, self._parts(chain)[0])
+        chain.each(lambda half_prior: self._place(half_prior, prior), [half.prior])
+        return self._select(chain)
 
     def origin_of_genes(self):
         """
@@ -126,36 +184,12 @@ class Generation:
             origin[cells] = self.origins[tile, index]
         return origin
 
-    def _have_memory(self):
-        """Have memory for the genes listed: sums of all, and costs of a row or column of tiles."""
-        counts = self.counts.reshape(self._tiles)
-        of_line = max(counts.sum(axis=0).max(), counts.sum(axis=1).max())
-        if self._sums.size < counts.sum() * PITCH:
-            self._sums = zeros(_with_spare(counts.sum()) * PITCH, np.uint8)
-        if self._lines.shape[2] < of_line * PITCH:
-            self._lines = zeros((MOST_PARTS, 2, _with_spare(of_line) * PITCH), np.uint8)
-            self._scratch = self._scratch_of_lines()
-
-    def _found_by(self, half, previous):
-        """Return the `Found` of two priors."""
-        possibility, chosen = self._possibility, self.chosen
-        penalties = possibility.penalties
-        return Found(
-            possibility.rows, penalties.small, *map(address_of, (
-                penalties.across, penalties.down)), chosen.labels.itemsize,
-            *map(address_of, (*half, *(previous or self._no_prior), self._sums, *chosen)),
-            chosen.target.shape[1])
-
-
-def _parents_of(half):
-    """Return a `HalfSizeResult` as parents: as it was found, and as it was smoothed and voted."""
-    return (parent_of(half.prior.labels),
-            parent_of(half.chosen.labels, cell=2, scale=2, grow=GROW))
-
-
-def _smooth_parent_of(half):
-    """Return a `HalfSizeResult` as one parent, smoothed, and none in the place of the other."""
-    return parent_of(half.prior.labels), NO_PARENT
+    def _parents_of(self, half):
+        """Return a `SmallResult` as parents: smoothed and voted, and as it was found."""
+        smooth = (parent_of(half.labels, cell=2, scale=2) if half.prior is None
+                  else parent_of(half.prior.labels))
+        return smooth, NO_PARENT if self._few else parent_of(
+            half.chosen.labels, cell=2, scale=2, grow=self._grow)
 
 
 def _with_spare(genes):

@@ -1,10 +1,11 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-The chromosome at half size, a parent of the one at full size.
+The chromosomes at smaller sizes, each a parent of the one at twice its size.
 
-Not in the paper. It is searched for each pair among all labels, without the previous frame, so
-that it shows where the previous best is outdated; where texture is weak it is a prior as well.
+Not in the paper. The one at half size is searched for each pair without the previous frame, so
+that it shows where the previous best is outdated; where texture is weak it is a prior as well. Few
+labels are all searched there; of many, those that the chromosome at a quarter of the size has.
 """
 from math import hypot
 from typing import NamedTuple
@@ -16,13 +17,13 @@ from fuzzy_stereo_ros.matching.kernels.refinement import filling
 from fuzzy_stereo_ros.matching.kernels.refinement.consistency import check_consistency
 from fuzzy_stereo_ros.matching.kernels.refinement.square_median import square_median
 from fuzzy_stereo_ros.matching.kernels.scanlines import half_size_prior
-from fuzzy_stereo_ros.matching.kernels.scanlines.volume import SearchResult
+from fuzzy_stereo_ros.matching.kernels.scanlines.selection import SearchResult
+from fuzzy_stereo_ros.matching.realtime.generation import AllLabels, gene_type, Generation
 from fuzzy_stereo_ros.matching.realtime.refinement import Speckles
-from fuzzy_stereo_ros.matching.realtime.scanlines import gene_type, Scanlines
 import numpy as np
 
-TILE = 64               # side of the tiles that are searched at a time
-SPECKLE = 20            # half-size pixels; smaller components of the half map are rejected
+GROW = 24               # px around a tile whose genes of half the size it inherits
+SPECKLE = 20            # pixels; smaller components of the map are rejected
 WEAK = weight_of(1, 2)  # of the prior where texture is weak: the largest cost is reached at 3 px
 WEAK_TEXTURE = 72       # sum of 18 grey steps below which texture is weak: 4 on average
 NOISY_STEPS = 28        # by how much noise of a grey level raises that; its steps sum to 20
@@ -31,90 +32,120 @@ SURE = 255              # what is not limited by the evidence of a plain region
 FLAT = 1                # largest range of labels in 3 x 3 pixels of the prior
 
 
-class HalfSizeResult(NamedTuple):
+class SmallResult(NamedTuple):
     """
-    The half-size chromosome.
+    The chromosome of a smaller size.
 
-    labels: uint8 or uint16 (R / 2, C / 2), dense; validity: uint8, which are consistent; chosen:
-    the `SearchResult` before inconsistent labels were filled, whose margins are evidence; prior:
-    the `Prior` of the full search where texture is weak; certainty: uint8 (R, C), of the map that
-    plain regions have, in 1 / 255, 255 elsewhere
+    labels: uint8 or uint16 (r, c), dense; validity: uint8, which are consistent; chosen: the
+    `SearchResult` before inconsistent labels were filled, whose margins are evidence; disparities:
+    number of labels searched; prior: at half size the `Prior` of the full search where texture is
+    weak; certainty: at half size uint8 (R, C), of the map that plain regions have, in 1 / 255, 255
+    elsewhere
     """
 
     labels: np.ndarray
     validity: np.ndarray
     chosen: SearchResult
-    prior: Prior
-    certainty: np.ndarray
+    disparities: int
+    prior: Prior | None = None
+    certainty: np.ndarray | None = None
 
 
-class HalfSize:
+class SmallSize:
+    """The search of one of the smaller sizes and its memory."""
+
+    def __init__(self, possibilities):
+        """possibilities: the `CensusPossibility` of this size, and of each smaller one."""
+        own, *smaller = possibilities
+        self._smaller = SmallSize(smaller) if smaller else None
+        self._selection = Generation(own, grow=GROW) if smaller else AllLabels(own)
+        self._target_range, shape = own.target_range, (own.rows, own.columns)
+        validity = zeros(shape, np.uint8)
+        labels, self._filled = (zeros(shape, gene_type(own.disparities)) for _ in range(2))
+        self._speckles = Speckles(*shape)
+        self.result = SmallResult(labels, validity, self._selection.chosen, own.disparities)
+
+    def search(self, chain, after=None):
+        """
+        Search the labels of the pair that the possibilities were filled with.
+
+        chain: a Chain, whose mark of this stage is returned; after: a stage of it
+        """
+        if self._smaller is None:
+            return self._selection.select(chain, after)
+        self._smaller.finish(chain, self._smaller.search(chain, after))
+        return self._selection.select(chain, self._smaller.result)
+
+    def finish(self, chain, after, fill=lambda band: None, smooth=lambda band: None):
+        """
+        Complete the `result` of a search.
+
+        chain: a Chain; after: the stage of the search; fill, smooth: called with each band once it
+        is filled, and once it is smoothed
+        """
+        (labels, validity, chosen, disparities), rows = self.result[:4], len(self._filled)
+
+        def check(band):
+            check_consistency(chosen.labels, chosen.target, disparities, self._target_range,
+                              validity, band[1], band[2])
+            self._speckles.find(chosen.labels, validity, 1, band)
+
+        def fill_band(band):
+            filling.fill_rows(chosen.labels, validity, self._filled, band[1], band[2])
+            fill(band)
+
+        def smooth_band(band):
+            square_median(self._filled, labels, *widened(band, 1, rows))
+            smooth(band)
+        bands = chain.parts(rows)
+        chain.each(check, bands, after)
+        chain.each(lambda step: self._speckles.join(chosen.labels, step, bands), [1])
+        chain.each(lambda band: self._speckles.reject(validity, SPECKLE, band), bands)
+        chain.each(fill_band, bands)
+        chain.each(smooth_band, bands, reach=1)
+
+
+class HalfSize(SmallSize):
     """
-    The half-size search of one image size and its memory.
+    The search at half size: its chromosome is a prior, too.
 
     weak: uint8 (R / 2, C / 2), where texture is weak, after a search
     """
 
-    def __init__(self, possibility, rows, columns, disparities):
+    def __init__(self, possibilities, rows, columns, disparities):
         """
         Allocate for full images of a size and a number of disparities.
 
-        possibility: the `CensusPossibility` of half-size images
+        possibilities: the `CensusPossibility` of half-size images, and of each smaller size
         """
-        self._half_disparities = possibility.disparities
-        self._target_range = possibility.target_range
-        self._scanlines = Scanlines(possibility, TILE)
-        shape = possibility.rows, possibility.columns
-        labels_type = self._scanlines.chosen.labels.dtype
-        self._validity, self.weak, self._smooth = (zeros(shape, np.uint8) for _ in range(3))
-        self._labels, self._filled = (zeros(shape, labels_type) for _ in range(2))
-        self._certainty = zeros((rows, columns), np.uint8)
-        self._certainty[:] = SURE
-        self._speckles = Speckles(*shape)
-        self._steps = zeros(shape, np.uint16)
-        self._prior = Prior(zeros((rows, columns), gene_type(disparities)),
-                            zeros((rows, columns), np.uint8))
+        super().__init__(possibilities)
+        self.weak, self._smooth = (zeros(self._filled.shape, np.uint8) for _ in range(2))
+        self._steps = zeros(self._filled.shape, np.uint16)
+        certainty = zeros((rows, columns), np.uint8)
+        certainty[:] = SURE
+        self.result = self.result._replace(certainty=certainty, prior=Prior(
+            zeros((rows, columns), gene_type(disparities)), zeros((rows, columns), np.uint8)))
 
-    def search(self, pool, after=None):
+    def complete(self, chain, grey, noise, after=None):
         """
-        Search the labels of the pair that the possibility was filled with.
+        Return the `SmallResult` of a search.
 
-        pool: a ThreadPool, or a Chain, whose mark of this stage is returned; after: a stage of it
-        """
-        return self._scanlines.search(pool, after)
-
-    def complete(self, pool, grey, noise, after=None):
-        """
-        Return the `HalfSizeResult` of a search.
-
-        pool: a ThreadPool, or a Chain, which completes the result; grey: uint8, full left; noise:
-        of it, grey levels, standard deviation, which is no texture; after: the stage of the search
+        chain: a Chain, which completes the result; grey: uint8, full left; noise: of it, grey
+        levels, standard deviation, which is no texture; after: the stage of the search
         """
         limit = int(hypot(WEAK_TEXTURE, NOISY_STEPS * noise))
-        chosen, rows, prior = self._scanlines.chosen, len(self._labels), self._prior
+        labels, validity, chosen, _, prior, certainty = self.result
 
-        def finish(band):
-            check_consistency(chosen.labels, chosen.target, self._half_disparities,
-                              self._target_range, self._validity, band[1], band[2])
-            self._speckles.find(chosen.labels, self._validity, 1, band)
-
-        def fill(band):
-            filling.fill_rows(chosen.labels, self._validity, self._filled, band[1], band[2])
+        def measure(band):
             half_size_prior.texture_steps(grey, self._steps, band[1], band[2])
 
         def write_limits(band):
             _, first, last = band
-            self._certainty[2 * first:2 * last] = SURE
-            square_median(self._filled, self._labels, *widened(band, 1, rows))
+            certainty[2 * first:2 * last] = SURE
             half_size_prior.weak_texture(self._steps, limit, self.weak, first, last)
-            half_size_prior.flat(self._labels, FLAT, self._smooth, first, last)
+            half_size_prior.flat(labels, FLAT, self._smooth, first, last)
             half_size_prior.half_prior(
-                self._labels, (chosen.labels, chosen.offsets, chosen.margins, self._validity),
+                labels, (chosen.labels, chosen.offsets, chosen.margins, validity),
                 self.weak, self._smooth, CLEAR, WEAK, tuple(prior), first, last)
-        bands = pool.parts(rows)
-        pool.each(finish, bands, after)
-        pool.each(lambda step: self._speckles.join(chosen.labels, step, bands), [1])
-        pool.each(lambda band: self._speckles.reject(self._validity, SPECKLE, band), bands)
-        pool.each(fill, bands)
-        pool.each(write_limits, bands, reach=1)
-        return HalfSizeResult(self._labels, self._validity, chosen, prior, self._certainty)
+        self.finish(chain, after, measure, write_limits)
+        return self.result

@@ -81,7 +81,7 @@ class RealtimeMatcher:
         full = self._views.full
         self._plain_regions = self._stages.vote(self._views, config.min_disparity)
         self._generation = self._stages.generation(full)
-        self._half_size = HalfSize(self._views.half, rows, columns, config.disparities)
+        self._half_size = HalfSize(self._views.small, rows, columns, config.disparities)
         self._warm_start = WarmStart(rows, columns, config.disparities, config.min_disparity)
         labels_type = self._generation.chosen.labels.dtype
         self._refinement = Refinement(
@@ -148,7 +148,7 @@ class RealtimeMatcher:
 
     def _search_half_size(self, watch):
         """
-        Describe the pair and search it at half size; return the `HalfSizeResult`.
+        Describe the pair and search it at half size; return the `SmallResult`.
 
         Plain regions have the planes that they vote for.
         """
@@ -169,7 +169,7 @@ class RealtimeMatcher:
         """
         Select the genes of the pair, fill the population with them, and make the mutant.
 
-        half: the `HalfSizeResult`; previous: the previous frame's FrameState or None. Returns the
+        half: the `SmallResult`; previous: the previous frame's FrameState or None. Returns the
         `SearchResult`, and whether the previous best takes part.
         """
         chain, chosen, population = Chain(self.pool), self._generation.chosen, self.population
@@ -191,7 +191,7 @@ class RealtimeMatcher:
         """
         Return the disparity and the confidence of the best chromosome, as `Refinement.write`.
 
-        chosen: the `SearchResult`; best: (R, C) labels; half: the `HalfSizeResult`
+        chosen: the `SearchResult`; best: (R, C) labels; half: the `SmallResult`
         """
         chain, refinement, warm = Chain(self.pool), self._refinement, self._warm_start
         evidence = self._evidence

@@ -230,7 +230,7 @@ class PlainRegions:
         """
         Give the plain regions, once texture is split, the planes that they vote for.
 
-        pool: a ThreadPool, or a Chain; half: the `HalfSizeResult`, whose labels, prior of the full
+        pool: a ThreadPool, or a Chain; half: the `SmallResult`, whose labels, prior of the full
         search and certainty are written
         """
         left, right, bands = self._left, self._right, self._parts(pool)

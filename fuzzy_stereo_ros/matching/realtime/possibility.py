@@ -13,7 +13,7 @@ from fuzzy_stereo_ros.matching.arrays import zeros
 from fuzzy_stereo_ros.matching.kernels.addresses import address_of
 from fuzzy_stereo_ros.matching.kernels.possibility import features, sharpness
 from fuzzy_stereo_ros.matching.kernels.possibility.costs import CENSUS_CUT, Features, SLOPE_CUT
-from fuzzy_stereo_ros.matching.kernels.scanlines.volume import Penalties
+from fuzzy_stereo_ros.matching.kernels.scanlines.selection import Penalties
 from fuzzy_stereo_ros.matching.over_frames.pictures import Picture
 import numpy as np
 
@@ -44,6 +44,7 @@ COARSE_SIZE = FULL_SIZE._replace(least_step=320, jump=104)
 HALF_SIZE = Model(near_weight=1, census_cut=10, slope_cut=4, box=2, small=22, jump=105,
                   jump_at_edge=34, least_step=0)
 GREY_EDGE = 20      # grey levels of 8 bits
+SMALLEST = 64       # by which the sides of the smallest views are divided at most
 
 
 class CensusPicture(Picture):
@@ -137,10 +138,10 @@ class CensusPossibility:
 
 def extra_columns(min_disparity, disparities):
     """
-    Return how many columns the target has before column 0 of the image, an even number.
+    Return how many columns the target has before column 0 of the image, a multiple of SMALLEST.
 
     A negative smallest disparity moves the right image to the left, to columns below 0; labels
-    reach only some of them. Even, so that the half-size views are those of the same columns.
+    reach only some of them. A multiple, so that smaller views are those of the same columns.
     """
     needed = max(min(-min_disparity, disparities + 2 * features.MARGIN), 0)
-    return needed + needed % 2
+    return needed + -needed % SMALLEST

@@ -149,7 +149,7 @@ class Refinement:
         Return the disparity and the confidence of the result.
 
         pool: a ThreadPool, or the Chain of `smooth`; labels: (R, C), smooth; chosen: the
-        `SearchResult`, with sub-pixel offsets and margins; half: the `HalfSizeResult`; reject:
+        `SearchResult`, with sub-pixel offsets and margins; half: the `SmallResult`; reject:
         called with the first row and the one behind the last of some rows, rejects what the pair
         shows nothing of.
         disparity: float32 (R, C), px, NaN = invalid; confidence: float32 (R, C), 0 to 1

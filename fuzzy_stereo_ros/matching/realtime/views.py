@@ -5,10 +5,10 @@ Both images at full and at half size, with their features and the noise of the p
 
 Not in the paper, whose memberships have a fixed width.
 """
+from itertools import pairwise
+
 from fuzzy_stereo_ros.matching.bands import widened
 from fuzzy_stereo_ros.matching.beyond import EXTRA_LABELS
-from fuzzy_stereo_ros.matching.kernels.scanlines.volume import blocks_of
-from fuzzy_stereo_ros.matching.kernels.simd import LANES
 from fuzzy_stereo_ros.matching.over_frames.pictures import (
     luminance_shift, NoiseEstimate, Picture)
 from fuzzy_stereo_ros.matching.realtime.possibility import (
@@ -22,26 +22,29 @@ DENOISE_ROWS, CENSUS_ROWS = 1, 2  # rows around a row that denoising and census 
 UNSEEN = 0.3         # grey levels of noise that are ignored
 LOUDEST = 8.0        # grey levels; no camera has more noise
 COMPRESSED = 0.5     # grey levels of noise that JPEG counts as in the census
+FEW_LABELS, MOST_LABELS = 32, 48     # that are all searched, at the smallest size
+LEAST_SIDE = 64      # rows and columns of images smaller than half the size
 
 
 def half_disparities(disparities):
     """
     Return how many labels are searched at half size.
 
-    The margin beyond the range is left out where it alone would need another block: a tile whose
-    half map reaches the last label is still searched up to the end of the margin.
+    Of many the margin beyond the range is left out: a tile whose half map reaches the last label
+    is still searched up to the end of the margin.
     """
     labels = -(-disparities // 2)
-    return min(labels, LANES * blocks_of(max(labels - EXTRA_LABELS // 2, 1)))
+    return max(labels - EXTRA_LABELS // 2, min(labels, FEW_LABELS))
 
 
 class Views:
     """
-    Both views of a pair at full and half size, in memory for one image size.
+    Both views of a pair at full and smaller sizes, in memory for one image size.
 
-    full, half: a `CensusPossibility` each; noise: grey levels, standard deviation, 0 where there
-    is none; noises: a `NoiseEstimate` of each view as it was read; left_shift: of the luminance,
-    see luminance_shift
+    full: a `CensusPossibility`; small: one of half the size, and while that has more than
+    MOST_LABELS, of half of that; half: the first of these; noise: grey levels, standard deviation,
+    0 where there is none; noises: a `NoiseEstimate` of each view as it was read; left_shift: of
+    the luminance, see luminance_shift
     """
 
     def __init__(self, config, rows, columns, noise):
@@ -54,9 +57,14 @@ class Views:
         existing = config.min_disparity, config.min_disparity + columns - 1
         self.full = CensusPossibility(
             rows, columns, config.disparities, FULL_SIZE, existing, extra)
-        self.half = CensusPossibility(
-            rows // 2, columns // 2, half_disparities(config.disparities), HALF_SIZE,
-            (existing[0] // 2, existing[1] // 2), extra // 2)
+        self.small, labels, scale = [], half_disparities(config.disparities), 2
+        while not self.small or labels > MOST_LABELS and min(rows, columns) >= scale * LEAST_SIDE:
+            labels = -(-labels // 2) if self.small else labels
+            self.small.append(CensusPossibility(
+                rows // scale, columns // scale, labels, HALF_SIZE,
+                tuple(end // scale for end in existing), extra // scale))
+            scale *= 2
+        self.half = self.small[0]
         self._shift = config.min_disparity
         # The right image as it is read and averaged.
         self._right = CensusPicture(rows, columns, True, 0) if extra else self.full.right
@@ -125,18 +133,21 @@ class Views:
         pool: a ThreadPool, or a Chain, whose mark of this stage is returned; describe: called with
         a view and a range of rows, writes its features
         """
-        full, half, shift = self.full, self.half, self._shift
+        sizes, full, shift = (self.full, *self.small), self.full, self._shift
         noise = max(self.noise, COMPRESSED if self._smoothing.compressed else 0.0)
         tolerance = max(0.0, SPREAD * (min(noise, LOUDEST) - UNSEEN))
+        reach = (DENOISE_ROWS + CENSUS_ROWS) << len(self.small)     # of rows at full size
 
         def describe_band(band):
-            half_band = band[0], band[1] // 2, band[2] // 2
             if shift < 0:
-                full.right.spread(self._right, -shift,
-                                  *widened(band, 2 * (DENOISE_ROWS + CENSUS_ROWS), full.rows))
-            for view, half_view in zip((full.left, full.right), (half.left, half.right)):
-                view.halve(half_view, *widened(half_band, DENOISE_ROWS + CENSUS_ROWS, half.rows))
-            for views, rows, unit in ((full, band, 256), (half, half_band, 128)):
-                views.denoise(int(unit * tolerance), *widened(rows, CENSUS_ROWS, views.rows))
+                full.right.spread(self._right, -shift, *widened(band, reach, full.rows))
+            bands = [(band[0], band[1] >> level, band[2] >> level) for level in range(len(sizes))]
+            for level, (larger, views) in enumerate(pairwise(sizes), 1):
+                rows = widened(bands[level], reach >> level, views.rows)
+                larger.left.halve(views.left, *rows)
+                larger.right.halve(views.right, *rows)
+            for level, (views, rows) in enumerate(zip(sizes, bands)):
+                views.denoise(int((256 >> level) * tolerance),
+                              *widened(rows, CENSUS_ROWS, views.rows))
                 views.describe(describe, *rows[1:])
         return pool.each(describe_band, pool.parts(full.rows, PART))

@@ -28,8 +28,7 @@ from fuzzy_stereo_ros.matching.over_frames.averaging import Averaging, History
 from fuzzy_stereo_ros.matching.over_frames.moving_camera import MovingCamera, to_pixels
 from fuzzy_stereo_ros.matching.over_frames.pictures import is_noisy
 from fuzzy_stereo_ros.matching.over_frames.state import FrameState, NO_COLOURS
-from fuzzy_stereo_ros.matching.realtime.generation import parent_of
-from fuzzy_stereo_ros.matching.realtime.scanlines import gene_type
+from fuzzy_stereo_ros.matching.realtime.generation import gene_type, parent_of
 from fuzzy_stereo_ros.matching.realtime.still_scene import (
     LONGEST_STEP_NS, new_result, reused_result, SETTLED, StillResult)
 import numpy as np
@@ -153,7 +152,7 @@ class WarmStart:
         """
         Return the previous best of a state as a `Parent`, and as a `Prior`, None where unused.
 
-        half: the `HalfSizeResult` of this frame, which shows where the previous best is outdated
+        half: the `SmallResult` of this frame, which shows where the previous best is outdated
         """
         if state is None:
             return self.no_previous_best(pool, state, half)

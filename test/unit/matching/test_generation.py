@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""A generation at full size: the genes of tiles and the choice among them, against their twin."""
+"""A generation: the genes of tiles and the choice among them, against their twin."""
 from types import SimpleNamespace
 
 from census_scene import random_map, seen, small_pair, twin_costs
@@ -8,12 +8,14 @@ from fuzzy_stereo_ros.matching.bands import Chain, ThreadPool
 from fuzzy_stereo_ros.matching.kernels.possibility.costs import Prior, weight_of
 from fuzzy_stereo_ros.matching.kernels.scanlines.tile_genes import (
     HALF_SIZE, MOST_GENES, PREVIOUS, SIDE)
+from fuzzy_stereo_ros.matching.kernels.scanlines.winner_takes_all import choose_of_target
 from fuzzy_stereo_ros.matching.kernels.temporal.change_detection import TILE
-from fuzzy_stereo_ros.matching.realtime.generation import Generation, GROW, parent_of
-from fuzzy_stereo_ros.matching.realtime.possibility import FULL_SIZE
-from fuzzy_stereo_ros.matching.realtime.scanlines import gene_type
+from fuzzy_stereo_ros.matching.realtime.generation import (
+    AllLabels, gene_type, Generation, GROW, parent_of)
+from fuzzy_stereo_ros.matching.realtime.possibility import FULL_SIZE, HALF_SIZE as BOXED
 from fuzzy_stereo_ros.matching.realtime.views import half_disparities
 from hypothesis import given, settings, strategies as st
+import numba
 import numpy as np
 import reference_census
 import reference_generation as twins
@@ -21,21 +23,36 @@ import reference_generation as twins
 WEIGHTS = np.array([0, weight_of(1, 2), weight_of(0, 6), weight_of(1, 5)], np.uint8)
 
 
+def twin_volume(left, right, disparities, min_disparity, model):
+    """Return the costs of all labels as tiles have them: int64 (R, C, D)."""
+    costs = twin_costs(left, right, disparities, min_disparity, model, SIDE * (model.box > 0))
+    return costs if not model.box else reference_census.box_costs(
+        costs, disparities, model.box, SIDE)
+
+
+def twin_penalties(possibility, model):
+    """Return P2 across and down, and P1."""
+    return (*reference_census.jump_penalties(
+        possibility.left.grey[:, :possibility.columns], reference_census.jump_table(model)),
+        model.small)
+
+
 class Selected:
     """A pair of a size, some parents of it, and what is selected, with the twin of that."""
 
     def __init__(self, shape, disparities, spread=4, min_disparity=0, seed=0, shift=(0, 0),
-                 previous='full', threads=1, few=False, mutation=1):
+                 previous='full', threads=1, few=False, mutation=1, model=FULL_SIZE):
         self.shape, self.disparities, self.spread, self.seed = shape, disparities, spread, seed
         left, right = small_pair(*shape, disparity=min(3, shape[1] - 1), seed=seed)
-        possibility = seen(left, right, disparities, min_disparity)
+        possibility = seen(left, right, disparities, min_disparity, model)
         cells = tuple(max(side // 2, 1) for side in shape)
-        half, older = self._prior(1), self._prior(2)
-        found = self._map(cells, 3, disparities // 2, gene_type(-(-disparities // 2)))
-        nowhere = None, TILE, (0, 0)
-        parents = [(HALF_SIZE, one) for one in (
-            (half.labels, None, 1, 1, 0, *nowhere),
-            (found, None, 2, 2, GROW, *nowhere))[:1 if few else 2]]
+        half, older, nowhere = self._prior(1), self._prior(2), (None, TILE, (0, 0))
+        found, labels = (self._map(cells, number, disparities // 2,
+                                   gene_type(-(-disparities // 2))) for number in (3, 5))
+        # A smaller size has no priors: sums of 3 x 3 pixels would contain them.
+        smooth = (labels, None, 2, 2, 0) if model.box else (half.labels, None, 1, 1, 0)
+        parents = [(HALF_SIZE, (*one, *nowhere)) for one in (
+            smooth, (found, None, 2, 2, GROW))[:1 if few else 2]]
         before = None
         if previous:
             kind, size, cell = {'full': (gene_type(disparities), shape, 1),
@@ -48,21 +65,21 @@ class Selected:
         chain = Chain(pool)
         self.chosen = self.generation.chosen
         self.generation.select(
-            chain, SimpleNamespace(prior=half, chosen=SimpleNamespace(labels=found)),
+            chain, SimpleNamespace(
+                labels=labels, prior=None if model.box else half,
+                chosen=SimpleNamespace(labels=found), disparities=half_disparities(disparities)),
             before and parent_of(*before[:6], shift=shift),
-            older if previous else None)
+            older if previous and not model.box else None)
         chain.run()
         pool.close()
         self.genes, self.origins = twins.tile_genes(
             parents, shape, disparities, 2 * (half_disparities(disparities) - 1), SIDE, MOST_GENES,
             mutation)
-        costs = twin_costs(left, right, disparities, min_disparity, FULL_SIZE)
-        for prior in (half, *([older] if previous else [])):
+        costs = twin_volume(left, right, disparities, min_disparity, model)
+        for prior in () if model.box else (half, older) if previous else (half,):
             costs = costs + reference_census.prior_costs(*prior, disparities)
-        grey = possibility.left.grey[:, :shape[1]]
         self.expected = twins.selected(
-            costs, self.genes, *reference_census.jump_penalties(
-                grey, reference_census.jump_table(FULL_SIZE)), FULL_SIZE.small, SIDE)
+            costs, self.genes, *twin_penalties(possibility, model), SIDE)
 
     def _map(self, shape, number, limit, kind):
         """Return a map whose labels spread little, in blocks, so that tiles differ."""
@@ -89,23 +106,64 @@ def check(*arguments, **options):
         known = dict(zip(labels, found.origins[row, column]))
         np.testing.assert_array_equal(origin[cells], np.vectorize(known.get)(
             found.expected[0][cells]))
-    for name, values in zip(('labels', 'offsets', 'sums', 'margins'), found.expected):
-        np.testing.assert_array_equal(getattr(found.chosen, name), values, name)
-    np.testing.assert_array_equal(found.chosen.target, reference_census.chosen_by_target(
-        found.expected[0], found.expected[2], found.chosen.target.shape[1] - found.shape[1]))
+    check_chosen(found.chosen, found.expected)
+
+
+def check_chosen(chosen, expected):
+    for name, values in zip(('labels', 'offsets', 'sums', 'margins'), expected):
+        np.testing.assert_array_equal(getattr(chosen, name), values, name)
+    np.testing.assert_array_equal(chosen.target, reference_census.chosen_by_target(
+        expected[0], expected[2], chosen.target.shape[1] - chosen.labels.shape[1]))
 
 
 @settings(max_examples=40, deadline=None)
 @given(st.integers(1, 50), st.integers(1, 50), st.integers(1, 40) | st.sampled_from([256, 257]),
        st.integers(1, 40), st.integers(-60, 9), st.integers(0, 99),
        st.tuples(st.integers(-70, 70), st.integers(-70, 70)),
-       st.sampled_from(['full', 'cells', None]), st.booleans(), st.integers(0, 1))
+       st.sampled_from(['full', 'cells', None]), st.booleans(), st.integers(0, 1),
+       st.sampled_from([FULL_SIZE, BOXED]))
 def test_any_size_range_and_parents_are_those_of_the_twin(
         rows, columns, disparities, spread, min_disparity, seed, shift, previous, few,
-        mutation):
+        mutation, model):
     check((rows, columns), disparities, spread, min_disparity, seed, shift, previous, few=few,
-          mutation=mutation)
+          mutation=mutation, model=model)
 
 
 def test_more_genes_than_a_tile_can_have_leave_out_the_largest():
     check((20, 70), 700, spread=700)
+
+
+@settings(max_examples=40, deadline=None)
+@given(st.integers(1, 70), st.integers(1, 70),
+       st.integers(1, 60) | st.sampled_from([255, 256, 257, 512]),
+       st.integers(-60, 9) | st.sampled_from([-2048, -200, 40]), st.sampled_from([0, 3]),
+       st.sampled_from([FULL_SIZE, BOXED]), st.integers(1, 3))
+def test_where_all_labels_are_genes_any_size_and_range_is_that_of_the_twin(
+        rows, columns, disparities, min_disparity, channels, model, threads):
+    left, right = small_pair(rows, columns, min(4, columns - 1), channels=channels)
+    possibility = seen(left, right, disparities, min_disparity, model)
+    search, pool = AllLabels(possibility), ThreadPool(threads)
+    for memory in (*search._memory, search._lines, search._sums):     # none is read before written
+        memory[:] = np.random.default_rng(1).integers(0, 256, memory.shape)
+    chain = Chain(pool)
+    search.select(chain)
+    chain.run()
+    pool.close()
+    check_chosen(search.chosen, twins.selected(
+        twin_volume(left, right, disparities, min_disparity, model),
+        twins.all_labels((rows, columns), disparities, SIDE),
+        *twin_penalties(possibility, model), SIDE))
+
+
+def test_pixels_farther_than_256_labels_apart_compete_for_the_target_too():
+    labels = np.zeros(600, np.uint16)
+    labels[[10, 267, 523, 599]] = 5, 262, 518, 599 - 5
+    for dearer in ([5, 5, 5, 5], [4, 5, 5, 5], [5, 5, 4, 5], [255, 255, 255, 255]):
+        sums, target, offers = (np.full(606, value, kind) for value, kind in (
+            (7, np.uint8), (99, np.uint8), (0, np.uint16)))
+        sums[[10, 267, 523, 599]] = dearer
+        numba.njit(choose_of_target)(
+            labels.ctypes.data, 2, sums.ctypes.data, 600, offers.ctypes.data,
+            target.ctypes.data + 3, 600)
+        expected = reference_census.chosen_by_target(labels[None], sums[None, :600])[0]
+        assert target.tolist() == [99] * 3 + expected.tolist() + [99] * 3

@@ -4,16 +4,18 @@
 from census_scene import random_map, read_moved, small_pair
 from fuzzy_stereo_ros.matching.bands import ThreadPool
 from fuzzy_stereo_ros.matching.kernels.scanlines.half_size_prior import flat
+from fuzzy_stereo_ros.matching.kernels.scanlines.tile_genes import MOST_GENES, SIDE
 from fuzzy_stereo_ros.matching.kernels.units import INVALID
 from fuzzy_stereo_ros.matching.over_frames.pictures import luminance_shift
 from fuzzy_stereo_ros.matching.realtime.half_size import (
-    CLEAR, FLAT, HalfSize, NOISY_STEPS, SPECKLE, TILE, WEAK, WEAK_TEXTURE)
+    CLEAR, FLAT, GROW, HalfSize, NOISY_STEPS, SPECKLE, WEAK, WEAK_TEXTURE)
 from fuzzy_stereo_ros.matching.realtime.possibility import (
     CensusPicture, CensusPossibility, extra_columns, HALF_SIZE)
-from fuzzy_stereo_ros.matching.realtime.scanlines import OVERLAP
+from hypothesis import given, settings, strategies as st
 import numpy as np
 import pytest
 import reference_census
+import reference_generation as twins_of_generation
 import reference_refinement
 import reference_search as twins
 
@@ -35,61 +37,94 @@ def test_flat_is_that_of_the_twin(shape, dtype, most):
 # ---- the half-size chromosome as a whole ----
 
 
-def half_map_of_twins(left, right, disparities, places, min_disparity):
-    """Return labels and validity of the half-size search, and labels and weights of its prior."""
-    halves, extra = [], extra_columns(min_disparity, disparities)
-    for image, moved in ((left, (0, places)), (right, (min_disparity, places, extra))):
-        luminance = reference_census.luminance(image, *moved)
-        halves.append((reference_census.halved(luminance, rounded=False), reference_census.halved(
-            reference_census.eight_bits(luminance), rounded=True)))
+def small_map_of_twins(views, disparities, inside, smaller):
+    """
+    Return labels, validity and what is chosen of a search at a smaller size.
+
+    views: (luminance, grey) of both views; inside: columns of the target that exist; smaller: what
+    this returned of half the size, and its number of labels, or None
+    """
     features = [(reference_census.census(luminance), reference_census.gradient(grey))
-                for luminance, grey in halves]
-    half_disparities = -(-disparities // 2)
+                for luminance, grey in views]
+    shape, (_, grey) = views[0][0].shape, views[0]
     costs = reference_census.box_costs(reference_census.match_costs(
-        *features, half_disparities, HALF_SIZE), HALF_SIZE.box)
-    across, down = reference_census.jump_penalties(
-        halves[0][1], reference_census.jump_table(HALF_SIZE))
-    sums = reference_census.summed_passes(costs, None, across, down, HALF_SIZE.small, TILE,
-                                          OVERLAP)
-    chosen = reference_census.chosen(sums)
-    labels = chosen[0].astype(np.uint8)
-    target = reference_census.chosen_by_target(labels, chosen[2], extra // 2)
-    inside = min_disparity // 2, (min_disparity + left.shape[1] - 1) // 2
+        *features, disparities + SIDE, HALF_SIZE), disparities, HALF_SIZE.box, SIDE)
+    genes = twins_of_generation.all_labels(shape, disparities, SIDE)
+    if smaller:
+        (labels, _, found), number = smaller
+        genes, _ = twins_of_generation.tile_genes(
+            [(1, (one, None, 2, 2, grow, None, 1, None)) for one, grow in (
+                (labels, 0), (found[0], GROW))], shape, disparities, 2 * (number - 1), SIDE,
+            MOST_GENES)
+    chosen = twins_of_generation.selected(costs, genes, *reference_census.jump_penalties(
+        grey, reference_census.jump_table(HALF_SIZE)), HALF_SIZE.small, SIDE)
+    labels = chosen[0].astype(np.uint16)
+    target = reference_census.chosen_by_target(
+        labels, chosen[2], views[1][0].shape[1] - shape[1])
     validity = reference_refinement.validities(labels, target, inside)
     validity = reference_refinement.without_speckles(labels, validity, 1, SPECKLE)
     filled = reference_refinement.filled_by_rows(labels, validity)
-    smooth = reference_refinement.median_of_25(filled)
+    return reference_refinement.median_of_25(filled), validity, chosen
+
+
+def half_map_of_twins(left, right, disparities, places, min_disparity):
+    """
+    Return labels and validity of the half-size search, and labels and weights of its prior.
+
+    disparities: at half size, at a quarter ...
+    """
+    extra, sizes = extra_columns(min_disparity, 2 * disparities[0]), []
+    views = [(luminance, reference_census.eight_bits(luminance)) for luminance in (
+        reference_census.luminance(image, *moved)
+        for image, moved in ((left, (0, places)), (right, (min_disparity, places, extra))))]
+    for _ in disparities:
+        views = [(reference_census.halved(luminance, rounded=False),
+                  reference_census.halved(grey, rounded=True)) for luminance, grey in views]
+        sizes.append(views)
+    smaller, ends = None, (min_disparity, min_disparity + left.shape[1] - 1)
+    for size in reversed(range(len(sizes))):
+        inside = tuple(end >> size + 1 for end in ends)
+        smaller = small_map_of_twins(
+            sizes[size], disparities[size], inside, smaller), disparities[size]
+    smooth, validity, chosen = smaller[0]
     grey = reference_census.eight_bits(reference_census.luminance(left, 0, places))
     reliance = (twins.weak_texture(grey, int(np.hypot(WEAK_TEXTURE, NOISY_STEPS * NOISE)))
                 & twins.flat(smooth, FLAT) & (validity != INVALID) & (chosen[3] >= CLEAR))
-    finer = 2 * smooth.astype(int) + np.where(labels == smooth, np.rint(chosen[1] / 8), 0)
+    finer = 2 * smooth.astype(int) + np.where(
+        chosen[0] == smooth, np.rint(chosen[1] / 8), 0)
     return smooth, validity, *(twins.doubled(one, left.shape[:2])
                                for one in (finer, WEAK * reliance))
 
 
-@pytest.mark.parametrize('shape', [(2, 2), (3, 9), (41, 61), (50, 40), (220, 12)])
-@pytest.mark.parametrize('disparities, min_disparity', [
-    (1, 0), (17, 5), (70, 0), (300, 0), (17, -6), (18, -3), (9, -20), (8, -20), (16, -200),
-    (1, -1)])
+@settings(max_examples=25, deadline=None)
+@given(st.integers(2, 90), st.integers(2, 90), st.integers(1, 70) | st.just(300),
+       st.integers(-30, 5) | st.just(-200), st.booleans())
 def test_the_half_size_chromosome_is_put_together_as_by_the_twins(
-        shape, disparities, min_disparity):
+        rows, columns, disparities, min_disparity, quarter):
+    shape, numbers = (rows, columns), [-(-disparities // 2)]
+    if quarter and min(shape) >= 4:
+        numbers.append(-(-numbers[0] // 2))
     left, right = small_pair(*shape, channels=3)
-    places = luminance_shift(left, right)
-    extra = extra_columns(min_disparity, disparities)
-    half_rows = shape[0] // 2
-    possibility = CensusPossibility(
-        half_rows, shape[1] // 2, -(-disparities // 2), HALF_SIZE,
-        (min_disparity // 2, (min_disparity + shape[1] - 1) // 2), extra // 2)
-    full = CensusPicture(*shape, False, 96), CensusPicture(shape[0], shape[1] + extra, True, 96)
-    full[0].read(left, 0, places, 0, shape[0])
-    read_moved(full[1], right, min_disparity, places)
-    for view, half in zip(full, (possibility.left, possibility.right)):
-        view.halve(half, 0, half_rows)
-    possibility.describe(CensusPicture.describe, 0, half_rows)
-    half_size, pool = HalfSize(possibility, *shape, disparities), ThreadPool(1)
+    places, extra = luminance_shift(left, right), extra_columns(min_disparity, 2 * numbers[0])
+    larger = [CensusPicture(*shape, False, 96),
+              CensusPicture(rows, columns + extra, True, 96)]
+    larger[0].read(left, 0, places, 0, rows)
+    read_moved(larger[1], right, min_disparity, places)
+    grey, possibilities = larger[0].grey, []
+    for level, number in enumerate(numbers, 1):
+        size = CensusPossibility(
+            rows >> level, columns >> level, number, HALF_SIZE, tuple(
+                end >> level for end in (min_disparity, min_disparity + columns - 1)),
+            extra >> level)
+        for view, half in zip(larger, (size.left, size.right)):
+            view.halve(half, 0, size.rows)
+        size.describe(CensusPicture.describe, 0, size.rows)
+        larger = [size.left, size.right]
+        possibilities.append(size)
+    half_size, pool = HalfSize(possibilities, *shape, disparities), ThreadPool(1)
     half_size.search(pool)
-    half = half_size.complete(pool, full[0].grey, NOISE)
+    half = half_size.complete(pool, grey, NOISE)
     for found, expected in zip(
             (half.labels, half.validity, half.prior.labels, half.prior.weights),
-            half_map_of_twins(left, right, disparities, places, min_disparity)):
+            half_map_of_twins(left, right, numbers, places, min_disparity)):
         np.testing.assert_array_equal(found, expected)

@@ -75,11 +75,11 @@ def test_the_fittest_come_first_and_equals_stay_in_order(fitness):
     assert all((-fitness[a], a) < (-fitness[b], b) for a, b in zip(order, order[1:]))
 
 
-@given(st.integers(2, 1000), st.floats(0, 1))
-def test_the_elite_is_the_share_rounded_and_at_least_the_fittest(population, share):
-    size = operators.elite_size(population, share)
+@given(st.integers(2, 1000))
+def test_the_elite_is_the_share_rounded_and_at_least_the_fittest(population):
+    size = operators.elite_size(population)
     assert 1 <= size <= population
-    assert abs(size - share * population) <= 0.5 or size == 1
+    assert abs(size - operators.ELITE * population) <= 0.5 or size == 1
 
 
 @given(st.integers(1, 30), st.data())

@@ -9,7 +9,7 @@ from fuzzy_stereo_ros.matching.bands import ThreadPool
 from fuzzy_stereo_ros.matching.kernels.planes.plain_texture import COLUMNS_AROUND
 from fuzzy_stereo_ros.matching.kernels.possibility.costs import Prior
 from fuzzy_stereo_ros.matching.over_frames.pictures import NoiseEstimate
-from fuzzy_stereo_ros.matching.realtime.half_size import HalfSizeResult, SURE
+from fuzzy_stereo_ros.matching.realtime.half_size import SmallResult, SURE
 from fuzzy_stereo_ros.matching.realtime.matcher import Stages
 from fuzzy_stereo_ros.matching.realtime.operators import NotMutated
 from fuzzy_stereo_ros.matching.realtime.plain_regions import (
@@ -60,9 +60,9 @@ def matched(pair, **options):
 
 
 def half_size_result(labels, prior):
-    """Return the `HalfSizeResult` of consistent labels."""
-    return HalfSizeResult(labels, np.zeros(labels.shape, np.uint8), None, prior,
-                          np.full(prior.labels.shape, SURE, np.uint8))
+    """Return the `SmallResult` of consistent labels."""
+    return SmallResult(labels, np.zeros(labels.shape, np.uint8), None, 0, prior,
+                       np.full(prior.labels.shape, SURE, np.uint8))
 
 
 def found_and_mutated(plain_regions, pool, half):
@@ -124,7 +124,7 @@ def test_what_stays_at_disparity_0_is_no_evidence():
     for min_disparity in (0, -8):
         _, algorithm = matched(pair, min_disparity=min_disparity)
         half = np.zeros((SIZE[0] // 2, SIZE[1] // 2), np.uint8)
-        prior = algorithm._half_size._prior
+        prior = algorithm._half_size.result.prior
         prior.weights[:] = 0
         mutate(algorithm, half, prior)
         assert not prior.weights.any()
@@ -143,7 +143,7 @@ def test_a_map_that_knows_better_than_a_plane_is_kept():
     """All of the evidence of a wall is in the map already, so that nothing is taken."""
     pair = wall()
     _, algorithm = matched(pair)
-    prior = algorithm._half_size._prior
+    prior = algorithm._half_size.result.prior
     prior.weights[:] = 0
     half = np.full((SIZE[0] // 2, SIZE[1] // 2), WALL // 2, np.uint8)
     half[:, 1::2] += WALL % 2

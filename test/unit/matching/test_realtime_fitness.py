@@ -9,9 +9,9 @@ from fuzzy_stereo_ros.matching.evolution import Random
 from fuzzy_stereo_ros.matching.kernels.genetic.exchange import copy_taken, differing_cells
 from fuzzy_stereo_ros.matching.kernels.genetic.gene_cost import (
     add_jump_changes, CONTRADICTED, HIDDEN, match_changes, SMOOTHNESS)
-from fuzzy_stereo_ros.matching.kernels.scanlines.volume import Penalties
+from fuzzy_stereo_ros.matching.kernels.scanlines.selection import Penalties
 from fuzzy_stereo_ros.matching.realtime.fitness import CensusFitness, SAMPLE_STEP
-from fuzzy_stereo_ros.matching.realtime.scanlines import gene_type
+from fuzzy_stereo_ros.matching.realtime.generation import gene_type
 from hypothesis import given, settings, strategies as st
 import numpy as np
 import pytest

@@ -13,6 +13,7 @@ from typing import NamedTuple
 from fuzzy_stereo_ros.matching.kernels.addresses import median
 from fuzzy_stereo_ros.matching.kernels.compiled import called, inlined, kernel
 from fuzzy_stereo_ros.matching.kernels.planes.plain_texture import BANDS, COUNTED
+from fuzzy_stereo_ros.matching.kernels.rows import copy_row
 from fuzzy_stereo_ros.matching.kernels.units import INVALID, VOTED
 import numpy as np
 
@@ -210,7 +211,9 @@ def elect_by_halves(groups, filled, allowed, best, near, shares):
     number, labels = groups.shape[1:]
     sums = np.empty((number, labels + 1))
     for region in range(len(groups)):
-        sums[:, :labels], sums[:, labels] = groups[region], filled[region]
+        for group in range(number):
+            copy_row(groups[region, group], sums[group, :labels])
+            sums[group, labels] = filled[region, group]
         apart = 1
         while apart < number:
             for group in range(number):
@@ -221,7 +224,7 @@ def elect_by_halves(groups, filled, allowed, best, near, shares):
                                              first[label] - second[label])
                         first[label], second[label] = total, difference
             apart *= 2
-        splits, shares[region] = 0, 0
+        splits, agreed, both = 0, 0.0, 0.0
         for split in range(1, number):
             if abs(sums[split, labels]) == sums[0, labels]:
                 continue
@@ -234,9 +237,8 @@ def elect_by_halves(groups, filled, allowed, best, near, shares):
                         most, choice = half, label
                 agree += abs(choice - best[region]) <= near
             splits += 1
-            shares[region, 0] += agree / 2
-            shares[region, 1] += agree == 2
-        shares[region] /= max(splits, 1)
+            agreed, both = agreed + agree / 2, both + (agree == 2)
+        shares[region, 0], shares[region, 1] = agreed / max(splits, 1), both / max(splits, 1)
 
 
 @called(allocates=True)

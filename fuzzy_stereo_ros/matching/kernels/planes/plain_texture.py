@@ -92,7 +92,7 @@ def _mark_row(one, two, three, mask, row, columns, ends):
         line[column] = (one[column] & one[column + 1] & one[column + 2]
                         & two[column] & two[column + 1] & two[column + 2]
                         & three[column] & three[column + 1] & three[column + 2])
-    ends[row] = columns, 0
+    ends[row, 0], ends[row, 1] = columns, 0
     for column in range(0, columns, LANES):
         if equal_bits(load(flags, start + column), splat(np.uint8(0))) != NONE:
             ends[row, 0] = min(ends[row, 0], column)

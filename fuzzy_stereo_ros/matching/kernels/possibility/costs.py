@@ -9,12 +9,10 @@ The Hamming distance may count the nearest eight neighbours twice: they blur edg
 """
 from typing import NamedTuple
 
-from fuzzy_stereo_ros.matching.kernels.addresses import repeat_bytes, splat_word
-from fuzzy_stereo_ros.matching.kernels.compiled import called, inlined
+from fuzzy_stereo_ros.matching.kernels.compiled import inlined
 from fuzzy_stereo_ros.matching.kernels.simd import (
-    absolute_difference, add, bit_and, bit_or, bit_xor, count_bits, count_bits_of_word,
-    lane_numbers, LANES, lanes_of, load, load_like, minimum, saturating_subtract, shift_right,
-    splat, splat_like, store, subtract)
+    absolute_difference, add, bit_and, bit_xor, count_bits, count_bits_of_word, load_like,
+    minimum, splat_like)
 import numpy as np
 
 CENSUS_CUT, SLOPE_CUT = 14, 4   # largest differences that count at full size
@@ -53,7 +51,7 @@ def weight_of(dead_zone, cut):
 @inlined
 def raw_costs(target, candidate, stride, target_slopes, slope_at, code, slope, cuts):
     """
-    Return the costs of as many candidates of a pixel as there are lanes: census and gradient.
+    Return the costs of the candidates of as many pixels as there are lanes: census and gradient.
 
     cuts: vectors of census_cut, slope_cut and a mask, all set where the nearest count twice
     """
@@ -70,73 +68,6 @@ def cuts_of(search, vector):
     """Return the limits of the costs, as vectors like another: see raw_costs."""
     return (splat_like(vector, search.census_cut), splat_like(vector, search.slope_cut),
             splat_like(vector, 255 * (search.near_weight - 1)))
-
-
-@inlined
-def beyond(vector, label, disparities):
-    """Return 255 in the lanes of the labels, `label` the first, that do not exist; 0 elsewhere."""
-    number = max(min(disparities - label, lanes_of(vector)), 0)     # of labels that exist
-    # their number minus the lane's, saturated, is 0 where the label does not exist
-    short = saturating_subtract(splat_like(vector, number), lane_numbers(vector))
-    one = splat_like(vector, 1)
-    return subtract(minimum(short, one), one)
-
-
-@inlined
-def _widen_codes(search, row, begin, end, codes, at):
-    """Write the features of a row of the reference as words: census planes, then gradients."""
-    width, stride = end - begin, search.census_stride
-    for plane in range(3):
-        first = (3 * row + plane) * stride
-        repeat_bytes(search.census, first + begin, first + end, codes, at + plane * width)
-    first = row * search.slope_stride
-    repeat_bytes(search.slopes, first + begin, first + end, codes, at + 3 * width)
-
-
-@inlined
-def _codes_of(kind, codes, at, width):
-    """Return the features of a pixel from _widen_codes, as vectors: census planes, gradient."""
-    return (splat_word(kind, codes, at), splat_word(kind, codes, at + width),
-            splat_word(kind, codes, at + 2 * width)), splat_word(kind, codes, at + 3 * width)
-
-
-@called
-def raw_row(search, row, blocks, costs, at, codes):
-    """Write the costs of a row from `at` on, every label, without a mask."""
-    columns, stride = search.columns, search.target_stride
-    _widen_codes(search, row, 0, columns, codes, 0)
-    cuts = cuts_of(search, splat(np.uint8(0)))
-    target, target_slopes = search.target_census, search.target_slopes
-    for column in range(columns):
-        pointed = columns - 1 - column
-        code, slope = _codes_of(cuts[0], codes, column, columns)
-        for block in range(blocks):
-            label = LANES * block
-            store(costs, at, raw_costs(
-                target, row * 3 * stride + pointed + label, stride, target_slopes,
-                row * stride + pointed + label, code, slope, cuts))
-            at += LANES
-
-
-@called
-def box_row(search, above, here, below, blocks, costs, at):
-    """
-    Write the sums of raw costs over 3 x 3 pixels / 2**box from `at` on, borders repeated.
-
-    above, here, below: addresses of rows that raw_row wrote; 255 where a label does not exist.
-    """
-    columns, size, places = search.columns, LANES * blocks, search.box
-    for block in range(blocks):
-        offset = LANES * block
-        mask = beyond(splat(np.uint8(0)), offset, search.disparities)
-        middle = add(load(here, offset), add(load(above, offset), load(below, offset)))
-        left = middle
-        for column in range(columns):
-            next_one = min(column + 1, columns - 1) * size + offset
-            right = add(load(here, next_one), add(load(above, next_one), load(below, next_one)))
-            total = shift_right(add(left, add(middle, right)), places)
-            store(costs, at + column * size + offset, bit_or(total, mask))
-            left, middle = middle, right
 
 
 @inlined

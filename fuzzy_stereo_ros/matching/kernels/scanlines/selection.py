@@ -3,8 +3,10 @@
 """
 Selection: of the genes of its tile each cell gets the one whose sum of four paths is least.
 
-Paths and sums are those of `steps`, among the genes of tiles alone: a path that enters another
-tile goes on in the genes that both have, and by a jump in others. Vectors hold cells, not labels:
+After Hirschmueller, Stereo processing by semi-global matching, 2008. A path computes
+L(p, d) = C(p, d) + min(L(q, d), L(q, d - 1) + P1, L(q, d + 1) + P1, min L(q) + P2) - min L(q)
+in saturating uint8, q being the pixel before p, among the genes d of a tile. In another tile it
+goes on in the genes that both have, and by a jump in others. Vectors hold cells, not labels:
 of a row of a tile for vertical paths, from its last column to the left, since the target pixels
 that a gene points at lie side by side then; of a column for horizontal paths. In memory a gene of
 a tile has a square of 32 x 32 bytes, the vectors of the rows one behind the other.
@@ -16,8 +18,7 @@ from fuzzy_stereo_ros.matching.kernels.addresses import (
 from fuzzy_stereo_ros.matching.kernels.compiled import called, inlined, kernel
 from fuzzy_stereo_ros.matching.kernels.possibility.costs import Features
 from fuzzy_stereo_ros.matching.kernels.scanlines.tile_costs import fill_costs, pixels_of
-from fuzzy_stereo_ros.matching.kernels.scanlines.tile_genes import (
-    MOST_GENES, seen_size, SIDE, Tiles)
+from fuzzy_stereo_ros.matching.kernels.scanlines.tile_genes import seen_size, SIDE, Tiles
 from fuzzy_stereo_ros.matching.kernels.scanlines.transpose import PITCH, SQUARE, transpose
 from fuzzy_stereo_ros.matching.kernels.scanlines.winner_takes_all import (
     choose_of_target, fitted_offsets)
@@ -26,7 +27,23 @@ from fuzzy_stereo_ros.matching.kernels.simd import (
     saturating_subtract, shift_left, splat, splat_like, store, subtract, widen)
 import numpy as np
 
-PATHS = (MOST_GENES + 2) * LANES    # bytes of the paths to a row or column of a tile
+
+class Penalties(NamedTuple):
+    """What changes of disparity cost."""
+
+    small: int               # P1, a change by one
+    across: np.ndarray       # uint8 (R, C), P2 to the left neighbour
+    down: np.ndarray         # uint8 (R, C), P2 to the upper neighbour
+
+
+class SearchResult(NamedTuple):
+    """What is selected."""
+
+    labels: np.ndarray       # uint8 or uint16 (R, C)
+    offsets: np.ndarray      # int8 (R, C), 1/16 px
+    sums: np.ndarray         # uint8 (R, C), summed cost of the label
+    margins: np.ndarray      # uint8 (R, C), how much worse the best label elsewhere is
+    target: np.ndarray       # uint8 (R, extra + C), the target's labels modulo 256
 
 
 class Found(NamedTuple):
@@ -34,6 +51,7 @@ class Found(NamedTuple):
 
     rows: int
     small: int               # P1
+    box: int                 # costs are sums of 3 x 3 pixels / 2**box; 0: of one pixel
     across: int              # P2, see Penalties
     down: int
     label_bytes: int         # 1 or 2, of labels here
@@ -64,9 +82,14 @@ class Scratch(NamedTuple):
     line_sums: int           # the same, for the genes of a row of tiles
 
 
-def scratch_sizes(disparities, tile_columns, target_columns):
-    """Return the bytes of each part of a Scratch but the last two, which depend on the genes."""
-    return (seen_size(disparities), PATHS, PATHS, PATHS, 2 * LANES, 2 * target_columns,
+def scratch_sizes(disparities, most, tile_columns, target_columns):
+    """
+    Return the bytes of each part of a Scratch but the last two, which depend on the genes.
+
+    most: genes of a tile
+    """
+    paths = (most + 2) * LANES
+    return (seen_size(disparities), paths, paths, paths, 2 * LANES, 2 * target_columns,
             tile_columns * SQUARE)
 
 
@@ -91,7 +114,7 @@ def _begin(found, tiles, tile, scratch):
         store(scratch.paths, index * LANES, kind)
     store(scratch.paths, 0, splat_like(kind, 255))
     store(scratch.paths, (count + 1) * LANES, splat_like(kind, 255))
-    _enter(found, tiles.genes + 2 * MOST_GENES * tile, count, scratch)
+    _enter(found, tiles.genes + 2 * tiles.stride * tile, count, scratch)
     return kind
 
 
@@ -103,8 +126,8 @@ def _carry(found, tiles, tile, other, least, scratch):
     least: the least of the paths, which is taken off
     """
     count, number = load_long(tiles.counts, tile), load_long(tiles.counts, other)
-    genes = tiles.genes + 2 * MOST_GENES * tile
-    others, full = tiles.genes + 2 * MOST_GENES * other, splat_like(least, 255)
+    genes = tiles.genes + 2 * tiles.stride * tile
+    others, full = tiles.genes + 2 * tiles.stride * other, splat_like(least, 255)
     at = 0
     for index in range(number):
         label = load_short(others, index)
@@ -125,7 +148,7 @@ def _carry(found, tiles, tile, other, least, scratch):
 @inlined
 def _moved_on(index, scratch, before, here, step, jump, least, cost):
     """
-    Move the path of a gene of a tile on, see steps.py.
+    Move the path of a gene of a tile on.
 
     before, here: the paths to the gene before and to this one; step: between the two. Returns the
     path, that to the gene behind as it was, and the step to that.
@@ -193,7 +216,7 @@ def sum_across(features, found, tiles, scratch, first, last):
             tile, end = tile_row * tiles.columns + column, min((column + 1) * SIDE, columns)
             count, place = load_long(tiles.counts, tile), load_long(tiles.places, tile)
             place = (place - before) * PITCH
-            fill_costs(features, found, tiles.genes + 2 * MOST_GENES * tile, count, top, below,
+            fill_costs(features, found, tiles.genes + 2 * tiles.stride * tile, count, top, below,
                        end, scratch.costs + place, scratch.spare)
             jumps = scratch.jumps + column * SQUARE
             for row in range(top, below):
@@ -304,7 +327,7 @@ def select_down(features, found, tiles, scratch, first, last):
                      _carry(found, tiles, tile - tiles.columns, tile, least, scratch))
             count, place = load_long(tiles.counts, tile), load_long(tiles.places, tile) * PITCH
             top, below = tile_row * SIDE, min((tile_row + 1) * SIDE, found.rows)
-            fill_costs(features, found, tiles.genes + 2 * MOST_GENES * tile, count, top, below,
+            fill_costs(features, found, tiles.genes + 2 * tiles.stride * tile, count, top, below,
                        end, costs, scratch.spare)
             for row in range(top, below):
                 at = (row - top) * LANES
@@ -319,7 +342,7 @@ def select_down(features, found, tiles, scratch, first, last):
                      _carry(found, tiles, tile + tiles.columns, tile, least, scratch))
             count, place = load_long(tiles.counts, tile), load_long(tiles.places, tile) * PITCH
             costs -= count * PITCH
-            genes = tiles.genes + 2 * MOST_GENES * tile
+            genes = tiles.genes + 2 * tiles.stride * tile
             for row in range(min((tile_row + 1) * SIDE, found.rows) - 1, tile_row * SIDE - 1, -1):
                 at = row % SIDE * LANES
                 least, low, high, best, below, above, elsewhere = _select(

@@ -6,8 +6,8 @@ from fuzzy_stereo_ros.matching.kernels.compiled import called, inlined
 from fuzzy_stereo_ros.matching.kernels.possibility.costs import cuts_of, DEAD_ZONE, raw_costs
 from fuzzy_stereo_ros.matching.kernels.scanlines.transpose import PITCH
 from fuzzy_stereo_ros.matching.kernels.simd import (
-    add, bit_and, equal_bits, LANES, load_like, minimum, narrow, reversed_lanes,
-    saturating_subtract, shift_right, splat, splat_like, store, subtract, widen)
+    add, bit_and, equal_bits, label_above, label_below, LANES, load_like, minimum, narrow,
+    reversed_lanes, saturating_subtract, shift_right, splat, splat_like, store, subtract, widen)
 import numpy as np
 
 NONE = np.uint32(2**LANES - 1)      # of the lanes of a prior have weight
@@ -52,6 +52,24 @@ def _prior(kind, labels, weights, label_bytes, at, end, spare):
             bit_and(weight, splat_like(kind, 2**DEAD_ZONE - 1)), equal_bits(weight, kind))
 
 
+@inlined
+def _sum_across(kind, line):
+    """Return the sums of three neighbours in a row of a tile, whose ends repeat."""
+    here = load_like(kind, line, 0)
+    ends = reversed_lanes(here, here)
+    return add(here, add(label_below(ends, here), label_above(here, ends)))
+
+
+@inlined
+def _sum_boxes(kind, costs, rows, places):
+    """Write the sums of 3 x 3 cells / 2**places over the costs of a gene; borders repeat."""
+    above = here = _sum_across(kind, costs)
+    for row in range(rows):
+        below = _sum_across(kind, costs + (row + 1) * LANES) if row + 1 < rows else here
+        store(costs, row * LANES, shift_right(add(above, add(here, below)), places))
+        above, here = here, below
+
+
 @called
 def fill_costs(features, found, genes, count, top, below, end, costs, spare):
     """Write the costs of the genes of a tile, whose last column is end - 1, priors included."""
@@ -79,3 +97,6 @@ def fill_costs(features, found, genes, count, top, below, end, costs, spare):
             if of_previous:
                 cost = add(cost, _prior_costs(splat_like(kind, label), previous))
             store(costs, index * PITCH + (row - top) * LANES, cost)
+    if found.box:
+        for gene in range(costs, costs + count * PITCH, PITCH):
+            _sum_boxes(kind, gene, below - top, found.box)

@@ -48,6 +48,7 @@ class Tiles(NamedTuple):
     rows: int                # of tiles
     columns: int
     mutation: int            # by how much genes are changed, too: 0 or 1
+    stride: int              # genes from a tile's to those of the next; 0: all have the same
     genes: int               # uint16 (tiles, MOST_GENES), labels, ascending
     origins: int             # uint8 (tiles, MOST_GENES), MUTATED, HALF_SIZE or PREVIOUS
     counts: int              # int64 (tiles,)

@@ -10,34 +10,12 @@ from fuzzy_stereo_ros.matching.kernels.addresses import (
     load_byte, load_short, store_byte, store_short)
 from fuzzy_stereo_ros.matching.kernels.compiled import inlined
 from fuzzy_stereo_ros.matching.kernels.simd import (
-    absolute_difference, add, at_most, bit_and, bit_or, choose, equal_bits, first_set,
-    lane_numbers, LANES, less, load, lowest, maximum, minimum, narrow, shift_left, splat,
-    splat_like, subtract, widen)
+    absolute_difference, add, at_most, bit_and, choose, equal_bits, first_set, LANES, less, load,
+    lowest, maximum, minimum, narrow, shift_left, splat, splat_like, subtract, widen)
 from fuzzy_stereo_ros.matching.kernels.units import STEPS
 import numpy as np
 
-# A vector loaded from MIDDLE - best has 255 in the lanes best - 1, best and best + 1.
-MIDDLE = 4 * LANES
-NEAR_LABELS = np.zeros(3 * MIDDLE, np.uint8)
-NEAR_LABELS[MIDDLE - 1:MIDDLE + 2] = 255
 HIDES = 8           # summed cost by which a pixel may be dearer than one that it hides
-
-
-@inlined
-def fit_offsets(below, least, above, width, offsets):
-    """
-    Write the minima of two lines of equal slope through three sums, in 1 / STEPS px.
-
-    below, least, above: addresses of uint8 (width,), the sums beside and at the best label;
-    offsets: the address of int8 (width,).
-    """
-    for column in range(width):
-        low, high = np.int32(load_byte(below, column)), np.int32(load_byte(above, column))
-        step, rise = low - high, max(low, high) - np.int32(load_byte(least, column))
-        # rounded half away from zero
-        half = rise >> 1 if step > 0 else -(rise >> 1)
-        store_byte(offsets, column, np.int32(
-            np.float32(STEPS // 2 * step + half) / np.float32(max(rise, 1))))
 
 
 @inlined
@@ -78,21 +56,6 @@ def best_label(sums, at, blocks):
         if bits != 0:
             return LANES * block + first_set(bits), least
     return 0, least
-
-
-@inlined
-def least_elsewhere(sums, at, blocks, best):
-    """Return the least sum, from `at` on, of the labels that are not best or next to it."""
-    smallest = splat(np.uint8(255))
-    lanes = lane_numbers(smallest)
-    for block in range(blocks):
-        before = best - 1 - LANES * block
-        total = load(sums, at + LANES * block)
-        if -3 < before < LANES:
-            beyond = subtract(lanes, splat(np.uint8(before & 255)))
-            total = bit_or(total, at_most(beyond, splat(np.uint8(2))))
-        smallest = minimum(smallest, total)
-    return lowest(smallest)
 
 
 @inlined
