@@ -118,9 +118,7 @@ class RowAlignment:
         low = rows.low + 1 if confidence < LOWER * rows.usual else 0
         rows = rows._replace(low=low, usual=rows.usual + (
             MEMORY if rows.usual else 1) * (confidence - rows.usual))
-        by_features = pair == rows.search and len(rows.points)
-        if not by_features and (
-                pair % PERIOD == 0 or pair < FIRST or pair & (pair - 1) == 0 and pair < PERIOD):
+        if pair % PERIOD == 0 or pair < FIRST or pair < PERIOD and pair & (pair - 1) == 0:
             found = corner_offsets(left, right, match.disparity, match.confidence, rows.undone)
             rows = self._stepped(rows.with_points(found, shape), shape)
             if len(found) >= FEWEST[0]:
