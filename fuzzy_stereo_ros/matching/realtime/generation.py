@@ -25,6 +25,7 @@ import numpy as np
 GROW = 8        # px around a tile whose genes of half the size it inherits, as they were found
 NO_PARENT = Parent(*(0,) * 5, 1, 1, *(0,) * 5)
 SPARE = 4       # by 1 / SPARE more memory is made than a frame needs
+OFFERS = Scratch._fields.index('offers')
 USUAL = 12      # genes of a tile, for which memory is made before the first frame
 
 
@@ -97,7 +98,7 @@ class Selection:
             possibility.rows, penalties.small, possibility.model.box, *map(address_of, (
                 penalties.across, penalties.down)), chosen.labels.itemsize,
             *map(address_of, (*(half or self._no_prior), *(previous or self._no_prior),
-                              self._sums, *chosen)), chosen.target.shape[1]))
+                              self._sums, *chosen[:-1]))))
 
     def _parts(self, chain):
         """Return the parts, for the threads of a chain, of the rows and the columns of tiles."""
@@ -112,8 +113,11 @@ class Selection:
                 features, self._found, self._addresses, self._scratch[part[0]], *_tiles_of(part)),
                 parts, after)
             after = None
+        labels, _, sums, _, target = self.chosen
+        chosen = address_of(labels), labels.itemsize, address_of(sums)
+        sizes = labels.shape[1], address_of(target), target.shape[1]
         return chain.each(lambda part: selection.select_of_target(
-            features, self._found, self._scratch[part[0]], *part[1:]),
+            chosen, *sizes, self._scratch[part[0]][OFFERS], *part[1:]),
             chain.parts(self._possibility.rows))
 
 

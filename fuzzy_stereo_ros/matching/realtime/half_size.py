@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 from fuzzy_stereo_ros.matching.arrays import zeros
 from fuzzy_stereo_ros.matching.bands import widened
-from fuzzy_stereo_ros.matching.kernels.possibility.costs import Prior, weight_of
+from fuzzy_stereo_ros.matching.kernels.possibility.costs import Prior
 from fuzzy_stereo_ros.matching.kernels.refinement import filling
 from fuzzy_stereo_ros.matching.kernels.refinement.consistency import check_consistency
 from fuzzy_stereo_ros.matching.kernels.refinement.square_median import square_median
@@ -24,10 +24,8 @@ import numpy as np
 
 GROW = 24               # px around a tile whose genes of half the size it inherits
 SPECKLE = 20            # pixels; smaller components of the map are rejected
-WEAK = weight_of(1, 2)  # of the prior where texture is weak: the largest cost is reached at 3 px
 WEAK_TEXTURE = 72       # sum of 18 grey steps below which texture is weak: 4 on average
 NOISY_STEPS = 28        # by how much noise of a grey level raises that; its steps sum to 20
-CLEAR = 4               # least margin, in summed cost, of a label of the prior
 SURE = 255              # what is not limited by the evidence of a plain region
 FLAT = 1                # largest range of labels in 3 x 3 pixels of the prior
 
@@ -146,6 +144,6 @@ class HalfSize(SmallSize):
             half_size_prior.flat(labels, FLAT, self._smooth, first, last)
             half_size_prior.half_prior(
                 labels, (chosen.labels, chosen.offsets, chosen.margins, validity),
-                self.weak, self._smooth, CLEAR, WEAK, tuple(prior), first, last)
+                self.weak, self._smooth, tuple(prior), first, last)
         self.finish(chain, after, measure, write_limits)
         return self.result

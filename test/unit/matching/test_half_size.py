@@ -3,12 +3,12 @@
 """The half-size search as a whole, and the prior that it gives the full one."""
 from census_scene import random_map, read_moved, small_pair
 from fuzzy_stereo_ros.matching.bands import ThreadPool
-from fuzzy_stereo_ros.matching.kernels.scanlines.half_size_prior import flat
+from fuzzy_stereo_ros.matching.kernels.scanlines.half_size_prior import CLEAR, flat, WEAK
 from fuzzy_stereo_ros.matching.kernels.scanlines.tile_genes import MOST_GENES, SIDE
 from fuzzy_stereo_ros.matching.kernels.units import INVALID
 from fuzzy_stereo_ros.matching.over_frames.pictures import luminance_shift
 from fuzzy_stereo_ros.matching.realtime.half_size import (
-    CLEAR, FLAT, GROW, HalfSize, NOISY_STEPS, SPECKLE, WEAK, WEAK_TEXTURE)
+    FLAT, GROW, HalfSize, NOISY_STEPS, SPECKLE, WEAK_TEXTURE)
 from fuzzy_stereo_ros.matching.realtime.possibility import (
     CensusPicture, CensusPossibility, extra_columns, HALF_SIZE)
 from hypothesis import given, settings, strategies as st

@@ -2,9 +2,13 @@
 # SPDX-License-Identifier: Apache-2.0
 """The prior of the full search, from the half-size map."""
 from fuzzy_stereo_ros.matching.kernels.compiled import kernel
+from fuzzy_stereo_ros.matching.kernels.possibility.costs import weight_of
 from fuzzy_stereo_ros.matching.kernels.rows import copy_row
 from fuzzy_stereo_ros.matching.kernels.units import INVALID, STEPS
 import numpy as np
+
+WEAK = weight_of(1, 2)  # of the prior where texture is weak: the largest cost is reached at 3 px
+CLEAR = 4               # least margin, in summed cost, of a label of the prior
 
 
 @kernel
@@ -65,16 +69,16 @@ def flat(labels, most, smooth, first, last):
 
 
 @kernel(allocates=True)
-def half_prior(half, found, weak, smooth, clear, of_weak, prior, first, last):
+def half_prior(half, found, weak, smooth, prior, first, last):
     """
     Spread the half map, doubled, as a prior: of a weight where it can be relied on, else 0.
 
     A label that the median has not changed is doubled with its sub-pixel offset. Labels found with
-    a margin below `clear` are left out: a prior without evidence would look like evidence.
+    a margin below CLEAR are left out: a prior without evidence would look like evidence.
 
     half, weak, smooth: (r, c); found: (r, c) each, labels, offsets and margins of the search, and
-    the validity of its labels; of_weak: the weight; prior: labels and weights, (R, C), R in
-    (2 r, 2 r + 1); first, last: rows of the half map.
+    the validity of its labels; prior: labels and weights, (R, C), R in (2 r, 2 r + 1); first,
+    last: rows of the half map.
     """
     labels, weights = prior
     rows, columns = half.shape
@@ -86,9 +90,9 @@ def half_prior(half, found, weak, smooth, clear, of_weak, prior, first, last):
             further = np.int32(offset > STEPS // 4) - np.int32(offset < -STEPS // 4)
             doubled[column] = 2 * np.int32(label) + further * (label == first_labels[row, column])
         for column in range(columns):   # apart: LLVM compares few arrays in a loop
-            weight[column] = of_weak * (weak[row, column] & smooth[row, column]
-                                        & (validity[row, column] != INVALID)
-                                        & (margins[row, column] >= clear))
+            weight[column] = WEAK * (weak[row, column] & smooth[row, column]
+                                     & (validity[row, column] != INVALID)
+                                     & (margins[row, column] >= CLEAR))
         line, weight_line = labels[2 * row], weights[2 * row]
         for column in range(columns):
             line[2 * column] = line[2 * column + 1] = doubled[column]

@@ -64,8 +64,6 @@ class Found(NamedTuple):
     offsets: int
     least: int
     margins: int
-    target: int
-    target_columns: int
 
 
 class Scratch(NamedTuple):
@@ -356,11 +354,15 @@ def select_down(features, found, tiles, scratch, first, last):
 
 
 @kernel
-def select_of_target(features, found, scratch, first, last):
-    """Select the labels of the target's rows first .. last - 1, once those of the pixels are."""
-    columns, found, scratch = Features(*features).columns, Found(*found), Scratch(*scratch)
+def select_of_target(chosen, columns, target, target_columns, offers, first, last):
+    """
+    Select the labels of the target's rows first .. last - 1, once those of the pixels are.
+
+    chosen: labels selected, bytes of one, their sums; columns, target_columns: of a row of these,
+    of the target; offers: see Scratch. All but numbers are addresses.
+    """
+    labels, label_bytes, least = chosen
     for row in range(first, last):
         at = row * columns
-        choose_of_target(found.labels + at * found.label_bytes, found.label_bytes,
-                         found.least + at, columns, scratch.offers,
-                         found.target + row * found.target_columns, found.target_columns)
+        choose_of_target(labels + at * label_bytes, label_bytes, least + at, columns, offers,
+                         target + row * target_columns, target_columns)
