@@ -370,14 +370,15 @@ def _indexed_database(path):
 
 def _rows(cut, left, large):
     """Yield the rows of messages in their order, as far as they are; left: bytes of the file."""
-    page, = cut.execute('PRAGMA page_size').fetchone()
+    (page,), before = cut.execute('PRAGMA page_size').fetchone(), 0
     with suppress(sqlite3.Error):
         for row, topic, log_time, size in cut.execute(
                 'SELECT rowid, topic_id, timestamp, length(data) FROM messages NOT INDEXED '
                 'ORDER BY rowid'):
             left -= size or 0
-            if left < 0:
+            if left < 0 or row <= before:       # in a torn page rows are zeros
                 return
+            before = row
             if size and size > page:
                 large.append(row)
             yield row, topic, log_time, str(row)

@@ -120,6 +120,13 @@ def test_every_complete_chunk_before_the_cut_is_read_as_it_was_written(
     assert [*tmp_path.iterdir()] == []
 
 
+@pytest.mark.parametrize('rest', [5, 144])
+def test_a_database_that_ends_with_few_bytes_of_a_page_is_read(files, tmp_path, rest):
+    path = tmp_path / 'cut.db3'
+    path.write_bytes(files['sqlite3'].read_bytes()[:664 * PAGE + rest])
+    assert len(messages(path)) >= 178
+
+
 def with_its_end_in_the_log(bag, into):
     """Write a .db3 whose last 12 messages are in its write-ahead log only; return its path."""
     into.mkdir()
