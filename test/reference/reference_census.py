@@ -179,13 +179,12 @@ def box_costs(volume, labels, places, side):
     for top in range(0, len(volume), side):
         for left in range(0, volume.shape[1], side):
             rows, end = volume[top:top + side], min(left + side, volume.shape[1])
-            before = max(side - end, 0)
             tile = np.stack([rows[:, max(column, 0), max(-column, 0):][:, :labels]
                              for column in range(end - side, end)], axis=1)
             around = np.pad(tile, ((1, 1), (1, 1), (0, 0)), 'edge')
             box = sum(around[down:down + len(rows), right:right + side]
                       for down, right in np.ndindex(3, 3)) // 2**places
-            sums[top:top + side, left:end] = box[:, max(before, side - (end - left)):]
+            sums[top:top + side, left:end] = box[:, side - (end - left):]
     return sums
 
 

@@ -12,7 +12,8 @@ from fuzzy_stereo_ros.matching.beyond import EXTRA_LABELS
 from fuzzy_stereo_ros.matching.over_frames.pictures import (
     luminance_shift, NoiseEstimate, Picture)
 from fuzzy_stereo_ros.matching.realtime.possibility import (
-    CensusPicture, CensusPossibility, COARSE_SIZE, extra_columns, FULL_SIZE, HALF_SIZE, JPEG_SIZE)
+    CensusPicture, CensusPossibility, COARSE_SIZE, extra_columns, FULL_SIZE, HALF_SIZE, JPEG_SIZE,
+    SMALLEST)
 from fuzzy_stereo_ros.matching.realtime.smoothing import Smoothing
 import numpy as np
 
@@ -22,7 +23,8 @@ DENOISE_ROWS, CENSUS_ROWS = 1, 2  # rows around a row that denoising and census 
 UNSEEN = 0.3         # grey levels of noise that are ignored
 LOUDEST = 8.0        # grey levels; no camera has more noise
 COMPRESSED = 0.5     # grey levels of noise that JPEG counts as in the census
-FEW_LABELS, MOST_LABELS = 32, 48     # that are all searched, at the smallest size
+FEW_LABELS = 32      # at half size, whose margin is searched, too
+MOST_LABELS = 48     # that are all searched, at the smallest size
 LEAST_SIDE = 64      # rows and columns of images smaller than half the size
 
 
@@ -35,6 +37,16 @@ def half_disparities(disparities):
     """
     labels = -(-disparities // 2)
     return max(labels - EXTRA_LABELS // 2, min(labels, FEW_LABELS))
+
+
+def small_sizes(rows, columns, disparities):
+    """Return by what the sides of smaller sizes are divided, and their labels: [(int, int)]."""
+    sizes = [(2, half_disparities(disparities))]
+    while (sizes[-1][1] > MOST_LABELS and sizes[-1][0] < SMALLEST
+           and min(rows, columns) >= 2 * sizes[-1][0] * LEAST_SIDE):
+        scale, labels = sizes[-1]
+        sizes.append((2 * scale, -(-labels // 2)))
+    return sizes
 
 
 class Views:
@@ -57,13 +69,10 @@ class Views:
         existing = config.min_disparity, config.min_disparity + columns - 1
         self.full = CensusPossibility(
             rows, columns, config.disparities, FULL_SIZE, existing, extra)
-        self.small, labels, scale = [], half_disparities(config.disparities), 2
-        while not self.small or labels > MOST_LABELS and min(rows, columns) >= scale * LEAST_SIDE:
-            labels = -(-labels // 2) if self.small else labels
-            self.small.append(CensusPossibility(
-                rows // scale, columns // scale, labels, HALF_SIZE,
-                tuple(end // scale for end in existing), extra // scale))
-            scale *= 2
+        self.small = [CensusPossibility(
+            rows // scale, columns // scale, labels, HALF_SIZE,
+            tuple(end // scale for end in existing), extra // scale)
+            for scale, labels in small_sizes(rows, columns, config.disparities)]
         self.half = self.small[0]
         self._shift = config.min_disparity
         # The right image as it is read and averaged.

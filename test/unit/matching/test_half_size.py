@@ -2,15 +2,17 @@
 # SPDX-License-Identifier: Apache-2.0
 """The half-size search as a whole, and the prior that it gives the full one."""
 from census_scene import random_map, read_moved, small_pair
-from fuzzy_stereo_ros.matching.bands import ThreadPool
+from fuzzy_stereo_ros.matching import MatcherConfig
+from fuzzy_stereo_ros.matching.bands import cut_parts, ThreadPool
 from fuzzy_stereo_ros.matching.kernels.scanlines.half_size_prior import CLEAR, flat, WEAK
 from fuzzy_stereo_ros.matching.kernels.scanlines.tile_genes import MOST_GENES, SIDE
 from fuzzy_stereo_ros.matching.kernels.units import INVALID
-from fuzzy_stereo_ros.matching.over_frames.pictures import luminance_shift
+from fuzzy_stereo_ros.matching.over_frames.pictures import luminance_shift, NoiseEstimate
 from fuzzy_stereo_ros.matching.realtime.half_size import (
     FLAT, GROW, HalfSize, NOISY_STEPS, SPECKLE, WEAK_TEXTURE)
 from fuzzy_stereo_ros.matching.realtime.possibility import (
     CensusPicture, CensusPossibility, extra_columns, HALF_SIZE)
+from fuzzy_stereo_ros.matching.realtime.views import Views
 from hypothesis import given, settings, strategies as st
 import numpy as np
 import pytest
@@ -94,6 +96,33 @@ def half_map_of_twins(left, right, disparities, places, min_disparity):
         chosen[0] == smooth, np.rint(chosen[1] / 8), 0)
     return smooth, validity, *(twins.doubled(one, left.shape[:2])
                                for one in (finer, WEAK * reliance))
+
+
+class InParts(ThreadPool):
+    """A pool of one thread, whose parts are those of three."""
+
+    def parts(self, rows, height=1, each=1):
+        return cut_parts(rows, 3, height, each)
+
+
+@settings(max_examples=6, deadline=None)
+@given(st.integers(256, 300), st.integers(256, 300), st.integers(105, 210), st.integers(-70, 5))
+def test_the_features_of_all_sizes_are_the_same_in_parts(rows, columns, disparities, lowest):
+    pair, sizes = small_pair(rows, columns, 9), []
+    for pool in (ThreadPool(1), InParts(1)):
+        views = Views(MatcherConfig(disparities=disparities, min_disparity=lowest),
+                      rows, columns, NoiseEstimate)
+        views.read(pool, *pair)
+        views.estimate(pool)
+        views.smooth(pool)
+        views.describe(pool, CensusPicture.describe)
+        sizes.append((views.full, *views.small))
+    assert len(sizes[0]) > 2
+    for one, other in zip(*sizes):
+        for view, expected in ((one.left, other.left), (one.right, other.right)):
+            np.testing.assert_array_equal(view.census, expected.census)
+            np.testing.assert_array_equal(view.slopes, expected.slopes)
+        np.testing.assert_array_equal(one.penalties.down, other.penalties.down)
 
 
 @settings(max_examples=25, deadline=None)

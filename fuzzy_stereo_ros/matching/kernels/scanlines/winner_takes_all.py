@@ -3,8 +3,7 @@
 """
 Winner takes all: the label of least summed cost, seen from the reference and from the target.
 
-Also the sub-pixel offset (equiangular fit: Shimizu and Okutomi, 2001) and the uniqueness margin:
-how much more the best label elsewhere costs.
+Also the sub-pixel offset (equiangular fit: Shimizu and Okutomi, 2001).
 """
 from fuzzy_stereo_ros.matching.kernels.addresses import (
     load_byte, load_short, store_byte, store_short)
