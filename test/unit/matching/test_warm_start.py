@@ -102,17 +102,13 @@ def made_course(noise, warm):
     """Follow made scenes that pan by 2 px a frame, with objects that move by themselves."""
     return Course(*np.mean([_course(list(make_sequence(
         200, 320, 48, FRAMES, seed, noise=noise, pan=2.0, motion=1.0)), 48, 2, warm)
-        for seed in SCENES], axis=0))
+        for seed in range(12)], axis=0))
 
 
-MISSED = pytest.mark.xfail(
-    reason='fewer pixels are wrong than of a search among all labels, but more of them change')
-
-
-# Little noise is as much as the versions of OpenCV differ in the made scene itself.
+# Objects that move by themselves are in no average: their edges flicker as in a cold map. Little
+# noise is as much as the versions of OpenCV differ in the made scene itself.
 @pytest.mark.slow
-@pytest.mark.parametrize('noise, share', [
-    (3.0, 1.06), (6.0, 0.9), pytest.param(12.0, 0.8, marks=MISSED)])
+@pytest.mark.parametrize('noise, share', [(3.0, 1.04), (6.0, 0.96), (12.0, 0.85)])
 def test_made_moving_scenes_are_no_more_wrong_warm_and_flicker_less_in_noise(noise, share):
     warm, cold = made_course(noise, True), made_course(noise, False)
     assert warm.wrong <= cold.wrong + MARGIN
