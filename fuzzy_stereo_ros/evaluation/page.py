@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import cv2
 from fuzzy_stereo_ros.evaluation.measuring import FILLED, RAW
-from fuzzy_stereo_ros.evaluation.scores import ERROR_LIMIT
+from fuzzy_stereo_ros.evaluation.scores import ERROR_LIMIT, error_map
 from fuzzy_stereo_ros.matching.match import colour_disparity, HATCH, STRIPE
 from fuzzy_stereo_ros.pairs.image_files import in_eight_bits
 import numpy as np
@@ -138,12 +138,12 @@ def colour_error(disparity, truth):
     """
     Return the error of a map in the colours of Magma: uint8 (R, C, 3) BGR.
 
-    disparity, truth: float (R, C), pixels, NaN = invalid. Black is no error, the brightest colour
-    one of ERROR_LIMIT px or more; grey has no truth, blue a truth but no disparity.
+    disparity, truth: float (R, C), pixels, NaN or infinite = invalid. Black is no error, the
+    brightest colour one of ERROR_LIMIT px or more; grey has no truth, blue a truth but no
+    disparity.
     """
-    error = np.minimum(abs(disparity - truth), ERROR_LIMIT)
-    levels = _thickened(np.where(np.isfinite(error), error, 2 * ERROR_LIMIT).astype(np.float32),
-                        np.isfinite(truth))
+    error = np.minimum(error_map(disparity, truth), ERROR_LIMIT)    # of NaN: NaN
+    levels = _thickened(np.nan_to_num(error, nan=2 * ERROR_LIMIT), np.isfinite(truth))
     shares = np.clip(np.nan_to_num(levels) / ERROR_LIMIT, 0, 1)
     picture = cv2.applyColorMap(np.rint(255 * shares).astype(np.uint8), cv2.COLORMAP_MAGMA)
     picture[levels > ERROR_LIMIT] = NO_DISPARITY

@@ -39,7 +39,7 @@ def score(disparity, truth, mask=None, thresholds=THRESHOLDS):
                              f'{disparity.shape}; they must be equal')
     counts = np.isfinite(truth) if mask is None else np.isfinite(truth) & (mask != 0)
     wanted = truth[counts].astype(np.float64)
-    error = abs(disparity[counts].astype(np.float64) - wanted)
+    error = _apart(disparity[counts], wanted)
     valid = np.isfinite(error)
     found = error[valid]
     far_off = ~((error <= 3) | (error <= 0.05 * abs(wanted)))
@@ -56,7 +56,7 @@ def score(disparity, truth, mask=None, thresholds=THRESHOLDS):
 
 def error_map(disparity, truth):
     """Return |disparity - truth|: float32 (R, C), pixels, NaN where one of them is invalid."""
-    error = abs(np.asarray(disparity, np.float32) - truth)
+    error = _apart(disparity, truth)
     return np.where(np.isfinite(error), error, np.nan).astype(np.float32)
 
 
@@ -65,7 +65,7 @@ def flicker(before, after, shift=(0, 0)):
     Return the percentage of pixels that change by more than a pixel between two frames.
 
     Only pixels with a disparity in both frames count.
-    before, after: float (R, C), pixels, NaN = invalid.
+    before, after: float (R, C), pixels, NaN or infinite = invalid.
     shift: whole rows and columns by which the scene moved from before to after; a window that
         pans to the right by 2 has (0, -2).
     Raises ValueError if the shapes differ, or the shift leaves no pixels.
@@ -76,8 +76,14 @@ def flicker(before, after, shift=(0, 0)):
         raise ValueError(f'shift is {shift}; nothing is left of {after.shape} pixels')
     new, old = (tuple(slice(max(sign * step, 0), size + min(sign * step, 0))
                       for step, size in zip(shift, after.shape)) for sign in (1, -1))
-    change = abs(after[new].astype(np.float64) - before[old])
+    change = _apart(after[new], before[old])
     return _percent(change[np.isfinite(change)] > 1)
+
+
+def _apart(one, other):
+    """Return |one - other|, float64, not finite where one of them is invalid."""
+    with np.errstate(invalid='ignore'):     # infinity minus infinity is invalid, too
+        return abs(np.subtract(one, other, dtype=np.float64))
 
 
 def _percent(which):

@@ -76,10 +76,10 @@ class Selection:
                      for memory in self._memory]
         self._sums, self._lines = np.empty(0, np.uint8), np.empty((MOST_PARTS, 2, 0), np.uint8)
 
-    def _addresses_of(self, mutation, stride, genes, origins):
-        """Return the fields of the `Tiles` with genes; mutation, stride: see `Tiles`."""
-        return tuple(Tiles(*self._tiles, mutation, stride, *map(address_of, (
-            genes, origins, self.counts, self._places))))
+    def _addresses_of(self, mutation, stride, genes, origins=0):
+        """Return the fields of the `Tiles`; the arguments are fields, too."""
+        return tuple(Tiles(*self._tiles, mutation, stride, genes, origins,
+                           address_of(self.counts), address_of(self._places)))
 
     def _place(self, half=None, previous=None):
         """Have memory for the genes counted; half, previous: the priors, see `Found`."""
@@ -129,7 +129,7 @@ class AllLabels(Selection):
         super().__init__(possibility, possibility.disparities)
         self._genes = np.arange(possibility.disparities, dtype=np.uint16)
         self.counts[:] = possibility.disparities
-        self._addresses = self._addresses_of(0, 0, self._genes, self._genes)
+        self._addresses = self._addresses_of(0, 0, address_of(self._genes))
         self._place()
 
     def select(self, chain, after=None):
@@ -151,7 +151,8 @@ class Generation(Selection):
         self._few, self._grow = few, grow
         self.genes, self.origins = (zeros((len(self.counts), MOST_GENES), kind)
                                     for kind in (np.uint16, np.uint8))
-        self._addresses = self._addresses_of(mutation, MOST_GENES, self.genes, self.origins)
+        self._addresses = self._addresses_of(
+            mutation, MOST_GENES, address_of(self.genes), address_of(self.origins))
         self.counts[:] = USUAL
         self._place()
 

@@ -11,10 +11,10 @@ are chosen at once. Sums are uint16: a path costs at most FULL + P2.
 """
 from typing import NamedTuple
 
-from fuzzy_stereo_ros.matching.kernels.compiled import called, kernel
-from fuzzy_stereo_ros.matching.kernels.scanlines.winner_takes_all import best_label, least_sum
+from fuzzy_stereo_ros.matching.kernels.compiled import called, inlined, kernel
 from fuzzy_stereo_ros.matching.kernels.simd import (
-    add, at_most, choose, lane_numbers, LANES, load, lowest, minimum, splat, store, subtract)
+    add, at_most, choose, equal_bits, first_set, lane_numbers, LANES, load, lowest, minimum, splat,
+    store, subtract)
 import numpy as np
 
 BESIDE = 8           # elements on both sides of a pixel's labels; a parent's step is less
@@ -161,6 +161,26 @@ def _stretched(offset):
     return size if offset > 0 else -size
 
 
+@inlined
+def _least_sum(sums, at, blocks):
+    """Return the least sum of `blocks` blocks of labels from `at` on."""
+    smallest = load(sums, at)
+    for block in range(1, blocks):
+        smallest = minimum(smallest, load(sums, at + LANES * block))
+    return lowest(smallest)
+
+
+@inlined
+def _best_label(sums, at, blocks):
+    """Return the index of the least sum from `at` on, the first of equals, and that sum."""
+    least = _least_sum(sums, at, blocks)
+    for block in range(blocks):
+        bits = equal_bits(load(sums, at + LANES * block), splat(least))
+        if bits != 0:
+            return LANES * block + first_set(bits), least
+    return 0, least
+
+
 @kernel(allocates=True)
 def choose_labels(sums, disparities, chosen, first):
     """
@@ -180,7 +200,7 @@ def choose_labels(sums, disparities, chosen, first):
             cell = sums[row - first, column]
             cell[disparities:] = 65535
             place = ((row - first) * columns + column) * padded
-            best, least = best_label(flat, place, padded // LANES)
+            best, least = _best_label(flat, place, padded // LANES)
             begin = columns - 1 - column
             for block in range(0, padded, LANES):
                 total, known = load(flat, place + block), load(best_sums, begin + block)
@@ -191,7 +211,7 @@ def choose_labels(sums, disparities, chosen, first):
             low, high = max(best - 1, 0), min(best + 1, disparities - 1)
             before, after = cell[low], cell[high]
             cell[low], cell[best], cell[high] = 65535, 65535, 65535
-            margins[row, column] = least_sum(flat, place, padded // LANES) - least
+            margins[row, column] = _least_sum(flat, place, padded // LANES) - least
             cell[low], cell[high] = before, after
             cell[best] = least
             labels[row, column] = best

@@ -50,7 +50,7 @@ class Tiles(NamedTuple):
     mutation: int            # by how much genes are changed, too: 0 or 1
     stride: int              # genes from a tile's to those of the next; 0: all have the same
     genes: int               # uint16 (tiles, MOST_GENES), labels, ascending
-    origins: int             # uint8 (tiles, MOST_GENES), MUTATED, HALF_SIZE or PREVIOUS
+    origins: int             # uint8, alike, MUTATED, HALF_SIZE or PREVIOUS; 0: nobody asks
     counts: int              # int64 (tiles,)
     places: int              # int64 (tiles + 1,), how many genes the tiles before have
 

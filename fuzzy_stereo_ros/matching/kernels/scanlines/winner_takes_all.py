@@ -1,16 +1,16 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-Winner takes all: the label of least summed cost, seen from the reference and from the target.
+Winner takes all: the label of least summed cost, seen from the target, and sub-pixel offsets.
 
-Also the sub-pixel offset (equiangular fit: Shimizu and Okutomi, 2001).
+The offsets are of the equiangular fit (Shimizu and Okutomi, 2001).
 """
 from fuzzy_stereo_ros.matching.kernels.addresses import (
     load_byte, load_short, store_byte, store_short)
 from fuzzy_stereo_ros.matching.kernels.compiled import inlined
 from fuzzy_stereo_ros.matching.kernels.simd import (
-    absolute_difference, add, at_most, bit_and, choose, equal_bits, first_set, LANES, less, load,
-    lowest, maximum, minimum, narrow, shift_left, splat, splat_like, subtract, widen)
+    absolute_difference, add, at_most, bit_and, choose, less, maximum, narrow, shift_left,
+    splat_like, subtract, widen)
 from fuzzy_stereo_ros.matching.kernels.units import STEPS
 import numpy as np
 
@@ -35,26 +35,6 @@ def fitted_offsets(below, least, above):
     away = subtract(subtract(one, one), offset)
     return bit_and(less(highest, splat_like(least, 255)),
                    choose(less(above, below), offset, away))
-
-
-@inlined
-def least_sum(sums, at, blocks):
-    """Return the least sum of `blocks` blocks of labels from `at` on."""
-    smallest = load(sums, at)
-    for block in range(1, blocks):
-        smallest = minimum(smallest, load(sums, at + LANES * block))
-    return lowest(smallest)
-
-
-@inlined
-def best_label(sums, at, blocks):
-    """Return the index of the least sum from `at` on, the first of equals, and that sum."""
-    least = least_sum(sums, at, blocks)
-    for block in range(blocks):
-        bits = equal_bits(load(sums, at + LANES * block), splat(least))
-        if bits != 0:
-            return LANES * block + first_set(bits), least
-    return 0, least
 
 
 @inlined
