@@ -70,7 +70,10 @@ def run(arguments, stream, progress_stream=None):
         config = replace(config, warm_start=True)
     left, right = read_pair(arguments.left, arguments.right) if pairs is None else (
         frame.read() for frame in pairs[0])
-    truth, mask = _truth_and_mask(arguments, left.shape[:2])
+    truth, mask = truth_and_mask(arguments, left.shape[:2])
+    if truth is not None and not score(truth, truth, mask).pixels:      # no curve can be drawn
+        raise ValueError(f'no pixel of {arguments.ground_truth} counts: it has no valid ones, or '
+                         '--mask leaves none of them')
     StereoMatcher(config).warm_up(*left.shape[:2])
     record = Record(config, truth, mask, len(pairs or ()), arguments.profile)
     film = EvolutionFilm(outputs['video'], record) if 'video' in outputs else None
@@ -80,7 +83,7 @@ def run(arguments, stream, progress_stream=None):
             def observe(snapshot):
                 record.add(snapshot)
                 if film is not None:
-                    film.add(snapshot)
+                    film.add()
                 shown.update()
 
             if pairs is None:
@@ -103,15 +106,6 @@ def run(arguments, stream, progress_stream=None):
     lines = json.dumps(for_json(figures), indent=2).splitlines() if arguments.json else [
         *_sentences(figures, record), *(f'{path}: written' for path in outputs.values())]
     print('\n'.join(lines), file=stream)
-
-
-def _truth_and_mask(arguments, shape):
-    """Return `truth_and_mask`; ValueError if no pixel counts, as no curve can be drawn then."""
-    truth, mask = truth_and_mask(arguments, shape)
-    if truth is not None and not score(truth, truth, mask).pixels:
-        raise ValueError(f'no pixel of {arguments.ground_truth} counts: it has no valid ones, or '
-                         '--mask leaves none of them')
-    return truth, mask
 
 
 def _sentences(figures, record):

@@ -27,9 +27,9 @@ ORIGINS = {
     'frames': {FIRST: 'kept', MUTATED: 'new'}}
 ORIGIN_COLOURS = {FIRST: '#3b6fb6', SECOND: '#f2a93b', MUTATED: '#d62768'}
 CURVE_COLOURS = {'best': '#1a7f37', 'mean': '#555555', 'worst': '#b35900', 'wrong': '#b3261e'}
+UNITS = {'best': 'px', 'error': 'error in px; grey does not count'}     # of panels
 NOTHING, UNCOUNTED = '#ffffff', '#8a8a8a'   # no parents yet; no ground truth
-SHOWN = 5           # most steps in a figure
-LANDMARKS = '1', '2', '5'       # steps 1, 2, 5, 10, 20, ... may be shown
+BETWEEN = 1 / 3, 2 / 3  # exponents of the last step, of steps in a figure
 WIDTH = 3.4         # inches of a panel with its margins
 HEIGHTS = 1.4, 6.0  # least and most inches of a panel
 PANEL_SPACE = 0.5   # inches above and below a panel
@@ -62,15 +62,10 @@ def observe_generations(config, left, right, observe):
     """Match a pair cold; return its Match; observe(snapshot): called with each, also the first."""
     config, former = replace(config, deadline_ms=0.0), None
 
-    def take(number, population):
+    def take(number, genes):
         nonlocal former
-        evolved, origin = matcher.algorithm.population, None
-        if former is not None:
-            origin = origin_of_fittest_child(
-                former, population, evolved.fitness, evolved.lineage
-            ) if config.algorithm == 'paper' else _changed(population[0], former[0])
-        observe(_snapshot(matcher, number, (left, right), population[evolved.best], origin))
-        former = population.copy()
+        observe(_snapshot(matcher, number, (left, right), genes, former))
+        former = genes.copy()
 
     matcher = StereoMatcher(replace(config, generations=0))
     matcher.match(left, right)
@@ -81,23 +76,13 @@ def observe_generations(config, left, right, observe):
 
 def observe_frames(config, pairs, observe):
     """Match pairs of images one after the other; observe(snapshot): called with each frame's."""
-    matcher, before = StereoMatcher(config), None
+    matcher, former = StereoMatcher(config), None
     for number, images in enumerate(pairs, 1):
         match = matcher.match(*images)
-        algorithm, origin = matcher.algorithm, None
-        best = algorithm.population.genes[algorithm.population.best].copy()
-        if config.algorithm == 'realtime':
-            # Generation.origin_of_genes counts from mutation to the previous best.
-            origin = MUTATED - algorithm.origin_of_genes()
-        elif before is not None and before.shape == best.shape:
-            origin = _changed(best, before)
-        observe(_snapshot(matcher, number, images, best, origin)._replace(
-            best=match.disparity, match=match))
-        before = best
-
-
-def _changed(best, before):
-    return np.where(best != before, MUTATED, FIRST).astype(np.uint8)
+        population = matcher.algorithm.population
+        genes = population.genes[population.best][np.newaxis]
+        observe(_snapshot(matcher, number, images, genes, former, match))
+        former = genes.copy()
 
 
 def origin_of_fittest_child(former, population, fitness, lineage):
@@ -110,32 +95,46 @@ def origin_of_fittest_child(former, population, fitness, lineage):
     return np.where(first, FIRST, np.where(second, SECOND, MUTATED)).astype(np.uint8)
 
 
-def _snapshot(matcher, number, images, best, origin):
+def _snapshot(matcher, number, images, genes, former, match=None):
+    """Return the Snapshot of genes, (P, R, C), and those before, None; of a frame of the best."""
     config, algorithm = matcher.config, matcher.algorithm
+    population, origin = algorithm.population, None
+    if match is not None and config.algorithm == 'realtime':
+        # Generation.origin_of_genes counts from mutation to the previous best.
+        origin = MUTATED - algorithm.origin_of_genes()
+    elif former is not None and former.shape == genes.shape:
+        origin = origin_of_fittest_child(
+            former, genes, population.fitness, population.lineage
+        ) if match is None and config.algorithm == 'paper' else np.where(
+            genes[0] != former[0], MUTATED, FIRST).astype(np.uint8)
+    best = genes[0 if match is not None else population.best]
     mirrored = config.reference == 'right'      # the search then is
-    best, possibility, origin = (
+    chromosome, possibility, origin = (
         one if one is None else np.ascontiguousarray(one[:, ::-1 if mirrored else 1]) for one in (
             best + np.float32(config.min_disparity), algorithm.possibility_of(best), origin))
-    return Snapshot(number, images[mirrored], best, possibility,
-                    algorithm.population.fitness.copy(), origin)
+    return Snapshot(number, images[mirrored], chromosome if match is None else match.disparity,
+                    possibility, population.fitness.copy(), origin, match)
 
 
 class Record:
     """
-    The record of an evolution: figures of all steps, Snapshots of some.
+    The record of an evolution: figures of all steps, Snapshots of up to five.
 
     config: its MatcherConfig. truth, mask: arguments of `scores.score`, or None. frames: their
     number, 0 if it is one of generations. profile: its name, for titles; None = that of the
     algorithm. rows: the figures of each step so far, {name: value}; bad_1: percentage off by more
     than 1 px, None without a truth; origins: {word: share of the genes}, {} without an origin.
+    shown: Snapshots of the first two steps, of two more by equal factors, and of the last one.
     """
 
     def __init__(self, config, truth=None, mask=None, frames=0, profile=None):
         self.config, self.truth, self.mask, self.frames = config, truth, mask, frames
         self.profile = profile or config.algorithm
-        self.rows, self._kept, self._last = [], {}, None
+        self.rows, self.shown = [], []
         self.step, self.count = ('frame', frames) if frames else (
             'generation', config.generations)
+        self._wanted = {bool(frames), bool(frames) + 1,
+                        *(round(self.count**exponent) for exponent in BETWEEN)}
         self.words = ORIGINS[config.algorithm if not frames else 'frames of realtime'
                              if config.algorithm == 'realtime' else 'frames']
 
@@ -151,24 +150,14 @@ class Record:
                 word: float(np.mean(snapshot.origin == code))
                 for code, word in self.words.items()},
             **({} if match is None else {'warm': match.warm, 'gains': match.gains})})
-        self._last = snapshot
-        if snapshot.number < SHOWN or str(snapshot.number).rstrip('0') in LANDMARKS:
-            self._kept[snapshot.number] = snapshot
-
-    def shown(self):
-        """Return up to SHOWN Snapshots: the first two, the last, two between by equal factors."""
-        last = self._last.number
-        kept = {**self._kept, last: self._last}
-        if len(kept) > SHOWN:
-            between = [min(self._kept, key=lambda number: abs(np.log(
-                max(number, 1) / last**share))) for share in (1 / 3, 2 / 3)]
-            kept = {number: kept[number] for number in sorted({*list(kept)[:2], *between, last})}
-        return list(kept.values())
+        if self.shown and self.shown[-1].number not in self._wanted:
+            self.shown.pop()
+        self.shown.append(snapshot)
 
 
 def evolution_figure(record):
     """Return the Figure of a Record."""
-    return _Layout(record, record.shown()).figure
+    return _Layout(record, record.shown).figure
 
 
 class EvolutionFilm(VideoFile):
@@ -179,21 +168,17 @@ class EvolutionFilm(VideoFile):
         super().__init__(path, min(max(round(record.count / DURATION), RATES[0]), RATES[1]))
         self._record, self._layout, self._last = record, None, None
 
-    def add(self, snapshot):
+    def add(self):
         """Append the picture of the Snapshot that was added to the Record last."""
-        self._last = self.picture(snapshot)
-        self.write(self._last)
-
-    def picture(self, snapshot):
-        """Return the picture of the Snapshot that was added last: uint8 (R, C, 3) BGR."""
         if self._layout is None:
-            self._layout = _Layout(self._record, [snapshot], DOTS[0])
+            self._layout = _Layout(self._record, self._record.shown[-1:], DOTS[0])
         else:
-            self._layout.draw([snapshot])
+            self._layout.draw(self._record.shown[-1:])
         figure = self._layout.figure
         figure.canvas.draw()
         figure.set_layout_engine('none')    # panels keep their places in the next pictures
-        return np.ascontiguousarray(np.asarray(figure.canvas.buffer_rgba())[:, :, 2::-1])
+        self._last = np.ascontiguousarray(np.asarray(figure.canvas.buffer_rgba())[:, :, 2::-1])
+        self.write(self._last)
 
     def close(self):
         """Repeat the last picture for STAY seconds and finish the file; see VideoFile.close."""
@@ -208,7 +193,6 @@ class _Layout:
     def __init__(self, record, snapshots, dots=None):
         """Draw the Snapshots; dots: per inch, None = so that a dot is a pixel."""
         from matplotlib.backends.backend_agg import FigureCanvasAgg
-        from matplotlib.cm import ScalarMappable
         from matplotlib.figure import Figure
 
         self._record = record
@@ -231,13 +215,11 @@ class _Layout:
                                            for one in snapshots))
         self.draw(snapshots)
         for name in names:
-            unit = {'best': 'px', 'error': 'error in px; grey does not count'}.get(name, '')
+            places = [self._places[f'{name} {row}'] for row in range(len(snapshots))]
             bar = self.figure.colorbar(
-                ScalarMappable(self._scales[name]['norm'], self._scales[name]['cmap']),
-                ax=[self._places[f'{name} {row}'] for row in range(len(snapshots))],
-                location='bottom', aspect=30, pad=0.02,
+                places[0].images[0], ax=places, location='bottom', aspect=30, pad=0.02,
                 extend='max' if name in ('error', 'possibility') else 'neither')
-            bar.set_label(unit, size='small')
+            bar.set_label(UNITS.get(name, ''), size='small')
             bar.ax.tick_params(labelsize='small')
             if name == 'origin':
                 bar.set_ticks([*record.words], labels=record.words.values())
