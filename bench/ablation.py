@@ -15,9 +15,9 @@ from bench.request import figures_of_sequence, report_of, Subject
 from bench.scoring import bad_percent
 from bench.variants import DEFAULT, FAST, QUALITY, REALTIME
 from bench.warm import walks
-from fuzzy_stereo_ros.evaluation.baselines import grey
 from fuzzy_stereo_ros.evaluation.matchers import fastest
 from fuzzy_stereo_ros.evaluation.report import Table
+from fuzzy_stereo_ros.matching.row_offsets import grey
 import pandas as pd
 
 PROFILES = {'realtime': REALTIME, 'fast': FAST, 'quality': QUALITY}

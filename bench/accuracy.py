@@ -16,10 +16,11 @@ from bench.draws import in_words, means_over_draws, with_draw
 from bench.page import add_legend, BLUE, column, figure_of, LIGHT_BLUE, MIDDLE_BLUE, ORANGE, titled
 from bench.request import counted, means, report_of, Subject
 from bench.scoring import STRICTEST
-from fuzzy_stereo_ros.evaluation.baselines import dense, grey, TUNED
+from fuzzy_stereo_ros.evaluation.baselines import dense, TUNED
 from fuzzy_stereo_ros.evaluation.matchers import Ours
 from fuzzy_stereo_ros.evaluation.report import Table
 from fuzzy_stereo_ros.evaluation.scores import score
+from fuzzy_stereo_ros.matching.row_offsets import grey
 import numpy as np
 import pandas as pd
 

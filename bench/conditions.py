@@ -14,8 +14,9 @@ from bench.draws import in_words, means_over_draws, random_of
 from bench.request import counted, report_of, Subject
 from bench.scoring import bad_percent
 import cv2
-from fuzzy_stereo_ros.evaluation.baselines import dense, grey, TUNED
+from fuzzy_stereo_ros.evaluation.baselines import dense, TUNED
 from fuzzy_stereo_ros.evaluation.report import Table
+from fuzzy_stereo_ros.matching.row_offsets import grey
 import numpy as np
 
 OURS, GREY = 'ours', 'ours, grey'

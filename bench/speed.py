@@ -23,13 +23,14 @@ from bench.request import report_of, Request
 from bench.scoring import REFERENCE
 import cv2
 from fuzzy_stereo_ros.commands.benchmark import take_turns
-from fuzzy_stereo_ros.evaluation.baselines import grey, opencv_threads, TUNED
+from fuzzy_stereo_ros.evaluation.baselines import opencv_threads, TUNED
 from fuzzy_stereo_ros.evaluation.ground_truth import MIDDLEBURY
 from fuzzy_stereo_ros.evaluation.matchers import Ours
 from fuzzy_stereo_ros.evaluation.report import environment, Table
 from fuzzy_stereo_ros.matching import MatcherConfig
 from fuzzy_stereo_ros.matching.bands import processors
 from fuzzy_stereo_ros.matching.realtime.still_scene import SETTLED
+from fuzzy_stereo_ros.matching.row_offsets import grey
 import numpy as np
 import pandas as pd
 

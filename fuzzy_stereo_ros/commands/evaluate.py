@@ -11,7 +11,7 @@ import sys
 
 from fuzzy_stereo_ros.commands.shared_options import checked_outputs, for_json, UNTOUCHED
 from fuzzy_stereo_ros.evaluation.baselines import opencv_threads
-from fuzzy_stereo_ros.evaluation.catalogue import Scene, Search, search
+from fuzzy_stereo_ros.evaluation.catalogue import FoundScenes, Scene, search
 from fuzzy_stereo_ros.evaluation.ground_truth import MIDDLEBURY, PairWithoutTruth
 from fuzzy_stereo_ros.evaluation.matchers import matcher_named, ResultFiles, USUAL
 from fuzzy_stereo_ros.evaluation.measuring import COLUMNS, mean_records, measure, NoSequence
@@ -149,7 +149,7 @@ def run(arguments, stream, progress_stream=None):
 
 
 def _own_pairs(arguments, error):
-    """Return the `Search` of pairs without ground truth; error: raised if there are no images."""
+    """Return `FoundScenes` of pairs without ground truth; error: raised if there are no images."""
     cameras, reader = CameraOptions.of(arguments), PairReader(arguments.rectify)
 
     def pair_of(read, paths):
@@ -166,7 +166,7 @@ def _own_pairs(arguments, error):
         files = {f'pair {number}': pair_of(
             lambda pair=pair: tuple(one.read() for one in pair), frames.paths)
             for number, (_, *pair) in enumerate(islice(frames.pairs(), arguments.frames))}
-        return Search([], [Scene('', frames.name, MIDDLEBURY, None, None, files=files)], [])
+        return FoundScenes([], [Scene('', frames.name, MIDDLEBURY, None, None, files=files)], [])
     try:
         found = search([Path(folder) for folder in arguments.folders], None, arguments.only,
                        with_truth=False)

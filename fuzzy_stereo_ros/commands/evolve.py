@@ -16,7 +16,7 @@ from fuzzy_stereo_ros.pairs.image_files import read_pair
 from fuzzy_stereo_ros.parameters.options import add_matcher_options, matcher_config
 from fuzzy_stereo_ros.progress import bar
 from fuzzy_stereo_ros.views.evolution import (
-    evolution_figure, EvolutionFilm, observe_frames, observe_generations, Record)
+    Course, evolution_figure, EvolutionFilm, observe_frames, observe_generations)
 from fuzzy_stereo_ros.views.pictures import check_panel_suffix, write_figure
 from fuzzy_stereo_ros.views.video import check_video
 
@@ -75,20 +75,20 @@ def run(arguments, stream, progress_stream=None):
         raise ValueError(f'no pixel of {arguments.ground_truth} counts: it has no valid ones, or '
                          '--mask leaves none of them')
     StereoMatcher(config).warm_up(*left.shape[:2])
-    record = Record(config, truth, mask, len(pairs or ()), arguments.profile)
-    film = EvolutionFilm(outputs['video'], record) if 'video' in outputs else None
+    course = Course(config, truth, mask, len(pairs or ()), arguments.profile)
+    film = EvolutionFilm(outputs['video'], course) if 'video' in outputs else None
     try:
-        with bar(progress_stream or sys.stderr, total=record.count + (pairs is None),
-                 desc=f'{record.step}s') as shown:
+        with bar(progress_stream or sys.stderr, total=course.count + (pairs is None),
+                 desc=f'{course.step}s') as shown:
             def observe(snapshot):
-                record.add(snapshot)
+                course.add(snapshot)
                 if film is not None:
                     film.add()
                 shown.update()
 
             if pairs is None:
                 match = observe_generations(config, left, right, observe)
-                for row, generation in zip(record.rows[1:], match.history):
+                for row, generation in zip(course.rows[1:], match.history):
                     row.update(gains=generation.gains, milliseconds=generation.milliseconds)
             else:
                 observe_frames(config, ([one.read() for one in pair] for pair in pairs), observe)
@@ -96,34 +96,34 @@ def run(arguments, stream, progress_stream=None):
         if film is not None:
             film.close()
     if 'picture' in outputs:
-        write_figure(outputs['picture'], evolution_figure(record))
+        write_figure(outputs['picture'], evolution_figure(course))
     figures = {
         **{name: str(path) for name, path in outputs.items()}, 'profile': arguments.profile,
         'rows': left.shape[0], 'columns': left.shape[1],
         **{name: getattr(config, name) for name in (
             'disparities', 'min_disparity', 'reference', 'population', 'generations')},
-        f'{record.step}s': record.rows}
+        f'{course.step}s': course.rows}
     lines = json.dumps(for_json(figures), indent=2).splitlines() if arguments.json else [
-        *_sentences(figures, record), *(f'{path}: written' for path in outputs.values())]
+        *_sentences(figures, course), *(f'{path}: written' for path in outputs.values())]
     print('\n'.join(lines), file=stream)
 
 
-def _sentences(figures, record):
+def _sentences(figures, course):
     lines = ['{columns}x{rows} pixels of the {reference} image, profile {profile}, population '
              '{population}'.format(**figures),
-             f"{record.step:>10} {'best':>11} {'mean':>11} {'worst':>11}"
-             + '  off by more than 1 px [%]' * (record.truth is not None)
+             f"{course.step:>10} {'best':>11} {'mean':>11} {'worst':>11}"
+             + '  off by more than 1 px [%]' * (course.truth is not None)
              + '  gains, and origin of genes']
-    for row in record.rows:
+    for row in course.rows:
         told = [f'{name} +{gain:.3g}' for name, gain in row.get('gains', {}).items() if gain]
         told += [f'{word} {100 * share:.1f} %' for word, share in row['origins'].items()]
         lines.append(' '.join([
             f"{row['number']:10}", *(f"{row[f'{name}_fitness']:11.5g}" for name in (
                 'best', 'mean', 'worst')),
-            *([] if record.truth is None else [f"{row['bad_1']:26.2f}"]),
+            *([] if course.truth is None else [f"{row['bad_1']:26.2f}"]),
             f" {', '.join(told)}"]).rstrip())
-    if record.config.algorithm == 'realtime' and not record.frames and not any(
-            any(row.get('gains', {}).values()) for row in record.rows):
+    if course.config.algorithm == 'realtime' and not course.frames and not any(
+            any(row.get('gains', {}).values()) for row in course.rows):
         lines.append('nothing evolved: no plane of a plain region is fitter; two folders of '
                      'frames show what evolves from frame to frame')
     return lines

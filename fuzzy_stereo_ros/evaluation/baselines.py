@@ -12,6 +12,7 @@ from dataclasses import dataclass
 
 import cv2
 from fuzzy_stereo_ros.evaluation.ground_truth import KITTI, MIDDLEBURY
+from fuzzy_stereo_ros.matching.row_offsets import grey
 import numpy as np
 
 MODES = {'SGBM': cv2.STEREO_SGBM_MODE_SGBM, '3WAY': cv2.STEREO_SGBM_MODE_SGBM_3WAY,
@@ -132,11 +133,6 @@ def opencv_threads(threads):
         yield
     finally:
         cv2.setNumThreads(before)
-
-
-def grey(image):
-    """Return an image as OpenCV's matchers take it: uint8 (R, C)."""
-    return image if image.ndim == 2 else cv2.cvtColor(image, cv2.COLOR_BGR2GRAY)
 
 
 def multiple_of_16(disparities):

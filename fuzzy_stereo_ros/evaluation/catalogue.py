@@ -88,7 +88,7 @@ class NoTruth(ValueError):
     """There are images, but no ground truth; the text is a sentence for the user."""
 
 
-class Search(NamedTuple):
+class FoundScenes(NamedTuple):
     """The found scenes and sequences, and sentences about folders without a truth."""
 
     scenes: list
@@ -97,7 +97,7 @@ class Search(NamedTuple):
 
 
 def search(folders, truth_scale=None, only='', with_truth=True):
-    """Return the `Search` below folders (paths), named with a word; ValueError if nothing is."""
+    """Return the `FoundScenes` below folders, paths, named with a word; ValueError if none is."""
     found, skipped = {}, []
     for folder in folders:
         if not folder.is_dir():
@@ -120,7 +120,7 @@ def search(folders, truth_scale=None, only='', with_truth=True):
     scenes = [each for each in named if not isinstance(each, Sequence)]
     for scene in scenes if with_truth else ():
         scene.files[''].check_scale()
-    return Search(scenes, sequences, skipped)
+    return FoundScenes(scenes, sequences, skipped)
 
 
 def _below(folder, truth_scale, seen, with_truth):

@@ -59,7 +59,7 @@ class Exchange:
         copy_taken(self.cells, self.taken, first, second)
 
 
-class Regions:
+class PartitionCrossover:
     """Partition crossover: takes connected regions of cells, as a whole, where that is cheaper."""
 
     def __init__(self, rows, columns, advantage=0):
@@ -85,7 +85,7 @@ class Cut:
     It is exact where no pair is above 0. Pairs above 0 count as 0 in the cut; afterwards each
     connected region of the chosen cells is taken only if that is cheaper.
 
-    regions: the `Regions` of the same size that does so
+    regions: the `PartitionCrossover` of the same size that does so
     """
 
     def __init__(self, rows, columns, neighbours):
@@ -100,7 +100,7 @@ class Cut:
         self._trees = Trees(*(zeros(places, kind) for kind in (
             np.int8, np.int8, np.int32, np.int32)))
         self._trees.tree[:] = OUTSIDE
-        self.regions = Regions(rows, columns)
+        self.regions = PartitionCrossover(rows, columns)
 
     def __call__(self, exchange, random=None):
         """Choose the cells; return the change of cost, not above 0."""

@@ -15,7 +15,8 @@ import time
 from typing import NamedTuple
 
 import cv2
-from fuzzy_stereo_ros.matching.row_offsets import features_in_common, misalignment_of, terms_at
+from fuzzy_stereo_ros.matching.row_offsets import (
+    features_in_common, grey, misalignment_of, reduced, terms_at)
 import numpy as np
 
 TIME_SHARE = 0.004  # share of the matching time that may be spent on the search for causes
@@ -114,19 +115,19 @@ class PlausibilityCheck:
         share = KNOWN_SHARE if self.finding and self.finding.warns else TIME_SHARE
         self._credit = min(self._credit + share * match.times['total'], MOST_CREDIT)
         if self._is_suspicious(left, right, match, config, infinity):
-            self._look(Evidence(left, right, match, config, self._scale, infinity, self._still))
+            self._look(Observed(left, right, match, config, self._scale, infinity, self._still))
         return self.finding
 
-    def _look(self, evidence):
+    def _look(self, seen):
         """Look for the cause of a suspicious pair."""
-        found = _first(AT_SIGHT, evidence)
+        found = _first(AT_SIGHT, seen)
         if found:
             self.finding, self._at_sight = found, True
         elif self.finding and self._at_sight:
             self.interrupt()        # it has ended, and the newest pairs say nothing of others
         elif self._credit >= 0 and not any(self._still):    # features of two moments mislead
             started = time.perf_counter()
-            self.finding, self._at_sight = _first(CLOSER, evidence.closer()), False
+            self.finding, self._at_sight = _first(CLOSER, seen.closer()), False
             self._credit -= 1000 * (time.perf_counter() - started)
 
     def _is_suspicious(self, left, right, match, config, infinity):
@@ -177,16 +178,16 @@ def is_one_picture(left, right):
     """Return whether both images, uint8 or uint16, are the same but for a conversion to grey."""
     images = [image[COMPARED].copy() for image in (left, right)]
     if left.ndim != right.ndim:
-        images = [_grey(image) for image in images]
+        images = [grey(image) for image in images]
     return np.count_nonzero(cv2.absdiff(*images) <= 1) >= EQUAL * images[0].size
 
 
-def _first(causes, evidence):
-    """Return the Finding of the first cause that an Evidence shows, None for none."""
-    return next(filter(None, (cause(evidence) for cause in causes)), None)
+def _first(causes, seen):
+    """Return the Finding of the first cause that an `Observed` shows, None for none."""
+    return next(filter(None, (cause(seen) for cause in causes)), None)
 
 
-class Evidence:
+class Observed:
     """What a pair and its Match show at sight and, after `closer`, by features in common."""
 
     def __init__(self, left, right, match, config, scale=1.0, infinity=None, still=(0, 0)):
@@ -198,7 +199,7 @@ class Evidence:
         self.searched = first / scale, (first + config.disparities - 1) / scale
 
     def closer(self):
-        """Compare features; return this evidence."""
+        """Compare features; return itself."""
         features, rows = features_in_common(*self.images), self.match.misalignment
         if rows is not None and rows.undone:
             features = features._replace(lower=features.lower - terms_at(
@@ -216,9 +217,9 @@ class Evidence:
         return self
 
 
-def _by_light(evidence):
+def _by_light(seen):
     brightest, darkest = zip(*(np.percentile(
-        image[::SAMPLE_STEP, ::SAMPLE_STEP], (BRIGHTEST, DARKEST)) for image in evidence.images))
+        image[::SAMPLE_STEP, ::SAMPLE_STEP], (BRIGHTEST, DARKEST)) for image in seen.images))
     dark = _names([value < BLACK for value in brightest])
     if dark:
         return Finding('dark', f'the {dark} black (brightness {max(min(brightest), 0):.0f} of '
@@ -229,8 +230,8 @@ def _by_light(evidence):
         'shorter, or shade the lens')
 
 
-def _by_texture(evidence):
-    shares = evidence.shares
+def _by_texture(seen):
+    shares = seen.shares
     if max(shares) < PLAIN:
         return Finding('plain', f'little texture: {100 * max(shares):.1f} % of the pictures have '
                        'contrast, as of a plain wall that fills them; what is matched there is '
@@ -241,12 +242,12 @@ def _by_texture(evidence):
         f'{100 * max(shares):.0f} % of the other): uncover or clean the lens, or focus it')
 
 
-def _by_equality(evidence):
-    if evidence.same:
+def _by_equality(seen):
+    if seen.same:
         return Finding('same', 'left and right are one picture: correct the remapping, or the '
                        'name, of one of the two')
     frozen = [side for side, count, share in zip(
-        ('left', 'right'), evidence.still, evidence.shares)
+        ('left', 'right'), seen.still, seen.shares)
         if count >= CONFIRMED and share >= PLAIN]
     return frozen and Finding(
         'frozen', f'the {frozen[0]} image stays the same while the other one changes: the '
@@ -261,8 +262,7 @@ def _names(chosen):
 
 def textured_share(image):
     """Return the share of a grey image, uint8 (R, C), that has contrast, 0 to 1."""
-    rows, columns = (max(side // REDUCED, 1) for side in image.shape)
-    small = cv2.resize(image, (columns, rows), interpolation=cv2.INTER_AREA).astype(np.int16)
+    small = reduced(image, REDUCED).astype(np.int16)
     steps = np.maximum(np.abs(small[1:-1, 2:] - small[1:-1, :-2]),
                        np.abs(small[2:, 1:-1] - small[:-2, 1:-1]))
     return float(np.mean(steps > CONTRAST)) if steps.size else 0.0
@@ -279,56 +279,56 @@ def _apart(features, shape):
         *features.places.T, *shape) @ surface.terms) * np.ones(len(features.lower))
 
 
-def _unlike(evidence):
-    total, number = evidence.features.number, evidence.number
-    return total > MANY and number < UNLIKE and mean_confidence(evidence.match) < UNSURE and (
+def _unlike(seen):
+    total, number = seen.features.number, seen.number
+    return total > MANY and number < UNLIKE and mean_confidence(seen.match) < UNSURE and (
         Finding('unlike', f'the images do not show the same: {number} of {total} features of the '
                 'left image are found in the right one; see that both are of one stereo camera, '
                 'of one moment, and in focus'))
 
 
-def _by_infinity(evidence):
-    (here, exchanged), number = evidence.impossible, evidence.number
+def _by_infinity(seen):
+    (here, exchanged), number = seen.impossible, seen.number
     # Where infinity is not known, a range that includes them may be right.
-    if here < max(TURNED * number, FEWEST_FEATURES) or evidence.infinity is None and (
-            max(evidence.nearer, evidence.farther) < max(FEWEST_BEYOND, BEYOND * number)):
+    if here < max(TURNED * number, FEWEST_FEATURES) or seen.infinity is None and (
+            max(seen.nearer, seen.farther) < max(FEWEST_BEYOND, BEYOND * number)):
         return None
-    far, middle, near = np.percentile(evidence.disparities, (10, 50, 90))
-    if near - far > FLAT * evidence.features.pixel and here >= OUTNUMBERED * exchanged:
+    far, middle, near = np.percentile(seen.disparities, (10, 50, 90))
+    if near - far > FLAT * seen.features.pixel and here >= OUTNUMBERED * exchanged:
         return Finding('swapped', f'left and right are swapped: of {number} features in common '
                        f'{here} are farther than infinity as the images are, {exchanged} if they '
                        'are exchanged; exchange the images and their camera_info')
     return Finding('turned', f'{100 * here / number:.0f} % of the features in common are farther '
-                   f'than infinity (disparity {middle / evidence.scale:.0f} px in the middle), as '
+                   f'than infinity (disparity {middle / seen.scale:.0f} px in the middle), as '
                    'if one camera had turned: see that none hangs and both expose at one moment, '
                    'or rectify, or calibrate the two as a pair; if the cameras face a flat wall, '
                    'left and right may be swapped')
 
 
-def _by_rows(evidence):
-    if evidence.number < FEWEST_FEATURES or 2 * evidence.fit >= evidence.number:
+def _by_rows(seen):
+    if seen.number < FEWEST_FEATURES or 2 * seen.fit >= seen.number:
         return None
-    low, high = np.percentile(evidence.apart, (5, 95))
+    low, high = np.percentile(seen.apart, (5, 95))
     where = f'{low:+.0f} to {high:+.0f} px lower' if high - low > 2 else (
         f'{abs(low + high) / 2:.0f} px {"lower" if low + high > 0 else "higher"}')
-    return Finding('rows', f'the rows of the images do not fit: {evidence.number} features lie '
+    return Finding('rows', f'the rows of the images do not fit: {seen.number} features lie '
                    f'{where} in the right image; rectify the images, or calibrate the two cameras '
                    'as a pair')
 
 
-def _by_range(evidence):
-    number, (first, last) = evidence.number, evidence.searched
+def _by_range(seen):
+    number, (first, last) = seen.number, seen.searched
     if number < FEWEST_FEATURES:
         return None
     fewest = max(FEWEST_BEYOND, BEYOND * number)
-    least, most = np.percentile(evidence.disparities, (1, 99)) / evidence.scale
-    if evidence.nearer >= fewest:
+    least, most = np.percentile(seen.disparities, (1, 99)) / seen.scale
+    if seen.nearer >= fewest:
         return _more(
-            first, most + RANGE_MARGIN - first, f'{100 * evidence.nearer / number:.0f} % of the '
+            first, most + RANGE_MARGIN - first, f'{100 * seen.nearer / number:.0f} % of the '
             f'features in common are nearer than the range reaches (up to {most:.0f} px, searched '
             f'are {first:.0f} to {last:.0f})')
-    return evidence.farther >= fewest and Finding(
-        'range', f'{100 * evidence.farther / number:.0f} % of the features in common are farther '
+    return seen.farther >= fewest and Finding(
+        'range', f'{100 * seen.farther / number:.0f} % of the features in common are farther '
         f'than the range begins (from {least:.0f} px, searched are {first:.0f} to {last:.0f}): '
         f'lower min_disparity to {least - RANGE_MARGIN:.0f}', needed=(least - RANGE_MARGIN, last))
 
@@ -339,11 +339,11 @@ def _more(first, wanted, fault, more=''):
                    needed=(first, first + needed - 1))
 
 
-def _by_matches(evidence):
-    match, config, (first, last) = evidence.match, evidence.config, evidence.searched
+def _by_matches(seen):
+    match, config, (first, last) = seen.match, seen.config, seen.searched
     if match.beyond > NEARER:
         return _more(
-            first, match.needed_disparities / evidence.scale, f'{100 * match.beyond:.1f} % of the '
+            first, match.needed_disparities / seen.scale, f'{100 * match.beyond:.1f} % of the '
             f'matches are nearer than the range reaches (disparity above {last:.0f}) and were '
             'rejected', ' or more')
     return is_late(match, config) and Finding(
@@ -352,19 +352,15 @@ def _by_matches(evidence):
         'start: raise deadline_ms, or search fewer disparities in smaller images')
 
 
-# In the order in which causes are looked for: each takes an Evidence and returns a Finding, or
+# In the order in which causes are looked for: each takes an `Observed` and returns a Finding, or
 # what is false. The second ones compare features.
 AT_SIGHT = _by_light, _by_texture, _by_equality
 CLOSER = _unlike, _by_infinity, _by_rows, _by_range, _by_matches
 
 
-def _grey(image):
-    return cv2.cvtColor(image, cv2.COLOR_BGR2GRAY) if image.ndim == 3 else image
-
-
 def _in_grey(*images):
     """Return the images of a pair in grey, the upper 8 of the bits that they use: uint8 (R, C)."""
-    images = [_grey(image) for image in images]
+    images = [grey(image) for image in images]
     if images[0].dtype == np.uint8:
         return images
     brightest = np.percentile([image[::SAMPLE_STEP, ::SAMPLE_STEP] for image in images], BRIGHTEST)

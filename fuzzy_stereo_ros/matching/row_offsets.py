@@ -341,17 +341,22 @@ def _densest(offsets):
     return float(places[np.argmax(density)])
 
 
+def grey(image):
+    """Return an image, uint8 or uint16, (R, C) or (R, C, 3) BGR, in grey: (R, C)."""
+    return image if image.ndim == 2 else cv2.cvtColor(image, cv2.COLOR_BGR2GRAY)
+
+
 def normalised(image):
     """Return a grey image without its local mean, at equal contrast, as gains differ: uint8."""
-    grey = cv2.cvtColor(image, cv2.COLOR_BGR2GRAY) if image.ndim == 3 else image
-    mean = cv2.blur(grey, (WINDOW, WINDOW))
-    gain = CONTRAST / max(cv2.mean(cv2.absdiff(grey, mean))[0], 1e-6)
-    return cv2.addWeighted(grey, gain, mean, -gain, 128, dtype=cv2.CV_8U)
+    image = grey(image)
+    mean = cv2.blur(image, (WINDOW, WINDOW))
+    gain = CONTRAST / max(cv2.mean(cv2.absdiff(image, mean))[0], 1e-6)
+    return cv2.addWeighted(image, gain, mean, -gain, 128, dtype=cv2.CV_8U)
 
 
 def reduced(image, pixel):
-    """Return a grey image of larger pixels, without last rows and columns that fill none."""
-    rows, columns = (side // pixel for side in image.shape)
+    """Return a grey image of larger pixels, less rows and columns that fill none, but one."""
+    rows, columns = (max(side // pixel, 1) for side in image.shape)
     return image if pixel == 1 else cv2.resize(
         image[:rows * pixel, :columns * pixel], (columns, rows), interpolation=cv2.INTER_AREA)
 

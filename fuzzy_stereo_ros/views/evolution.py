@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-The record of an evolution, its figure and its film: of generations or of frames, its steps.
+The course of an evolution, its figure and its film: of generations or of frames, its steps.
 
 Matching does not depend on it. The first row of the figure has the image and the curves. A row
 for each of some steps follows: the best chromosome, its possibility, and the origin of its genes
@@ -116,9 +116,9 @@ def _snapshot(matcher, number, images, genes, former, match=None):
                     possibility, population.fitness.copy(), origin, match)
 
 
-class Record:
+class Course:
     """
-    The record of an evolution: figures of all steps, Snapshots of up to five.
+    The course of an evolution: figures of all steps, Snapshots of up to five.
 
     config: its MatcherConfig. truth, mask: arguments of `scores.score`, or None. frames: their
     number, 0 if it is one of generations. profile: its name, for titles; None = that of the
@@ -155,25 +155,25 @@ class Record:
         self.shown.append(snapshot)
 
 
-def evolution_figure(record):
-    """Return the Figure of a Record."""
-    return _Layout(record, record.shown).figure
+def evolution_figure(course):
+    """Return the Figure of a Course."""
+    return _Layout(course, course.shown).figure
 
 
 class EvolutionFilm(VideoFile):
     """A video with a picture for each step, drawn one by one; rate: of these, per second."""
 
-    def __init__(self, path, record):
-        """Prepare for a Record without Snapshots; raises ValueError as VideoFile does."""
-        super().__init__(path, min(max(round(record.count / DURATION), RATES[0]), RATES[1]))
-        self._record, self._layout, self._last = record, None, None
+    def __init__(self, path, course):
+        """Prepare for a Course without Snapshots; raises ValueError as VideoFile does."""
+        super().__init__(path, min(max(round(course.count / DURATION), RATES[0]), RATES[1]))
+        self._course, self._layout, self._last = course, None, None
 
     def add(self):
-        """Append the picture of the Snapshot that was added to the Record last."""
+        """Append the picture of the Snapshot that was added to the Course last."""
         if self._layout is None:
-            self._layout = _Layout(self._record, self._record.shown[-1:], DOTS[0])
+            self._layout = _Layout(self._course, self._course.shown[-1:], DOTS[0])
         else:
-            self._layout.draw(self._record.shown[-1:])
+            self._layout.draw(self._course.shown[-1:])
         figure = self._layout.figure
         figure.canvas.draw()
         figure.set_layout_engine('none')    # panels keep their places in the next pictures
@@ -188,15 +188,15 @@ class EvolutionFilm(VideoFile):
 
 
 class _Layout:
-    """The panels and curves of a Record; figure: the Figure."""
+    """The panels and curves of a Course; figure: the Figure."""
 
-    def __init__(self, record, snapshots, dots=None):
+    def __init__(self, course, snapshots, dots=None):
         """Draw the Snapshots; dots: per inch, None = so that a dot is a pixel."""
         from matplotlib.backends.backend_agg import FigureCanvasAgg
         from matplotlib.figure import Figure
 
-        self._record = record
-        truth = record.truth is not None
+        self._course = course
+        truth = course.truth is not None
         above = ['image', *['truth'] * truth, 'fitness', 'genes', *['wrong'] * truth]
         names = ['best', *['error'] * truth, 'possibility', 'origin']
         across = max(len(names), len(above))
@@ -211,7 +211,7 @@ class _Layout:
             above + ['.'] * (across - len(above)),
             *([f'{name} {row}' for name in names] + ['.'] * (across - len(names))
               for row in range(len(snapshots)))])
-        self._scales = _scales(record, max(float(np.percentile(one.possibility, BRIGHTEST))
+        self._scales = _scales(course, max(float(np.percentile(one.possibility, BRIGHTEST))
                                            for one in snapshots))
         self.draw(snapshots)
         for name in names:
@@ -222,18 +222,18 @@ class _Layout:
             bar.set_label(UNITS.get(name, ''), size='small')
             bar.ax.tick_params(labelsize='small')
             if name == 'origin':
-                bar.set_ticks([*record.words], labels=record.words.values())
+                bar.set_ticks([*course.words], labels=course.words.values())
 
     def draw(self, snapshots):
-        """Draw Snapshots, one into each row, and the curves of the Record."""
-        record, config = self._record, self._record.config
+        """Draw Snapshots, one into each row, and the curves of the Course."""
+        course, config = self._course, self._course.config
         self._show('image', f'{config.reference} image, the reference',
                    as_rgb(snapshots[0].image))
-        if record.truth is not None:
-            self._show('truth', 'ground truth; hatched is unknown', record.truth,
+        if course.truth is not None:
+            self._show('truth', 'ground truth; hatched is unknown', course.truth,
                        **self._scales['best'])
         for row, snapshot in enumerate(snapshots):
-            for name, (title, values) in panels_of(snapshot, record).items():
+            for name, (title, values) in panels_of(snapshot, course).items():
                 place = self._show(f'{name} {row}', title, values, **self._scales[name])
                 background = {'origin': NOTHING, 'error': UNCOUNTED}.get(name)
                 if background:
@@ -241,28 +241,28 @@ class _Layout:
         scale = '1 is perfect' if config.algorithm != 'paper' else (
             'Eq. 3 as printed' if config.reading == 'literal' else f'{config.reading} reading')
         place = self._curves('fitness', f'fitness ({scale})', {name: (
-            CURVE_COLOURS[name], [row[f'{name}_fitness'] for row in record.rows])
+            CURVE_COLOURS[name], [row[f'{name}_fitness'] for row in course.rows])
             for name in ('best', 'mean', 'worst')})
         place.ticklabel_format(axis='y', scilimits=LIMITS)
         self._curves('genes', 'origin of genes [%]', {word: (ORIGIN_COLOURS[code], [
-            100 * row['origins'].get(word, np.nan) for row in record.rows])
-            for code, word in record.words.items()})
-        if record.truth is not None:
-            wrong = [row['bad_1'] for row in record.rows]
+            100 * row['origins'].get(word, np.nan) for row in course.rows])
+            for code, word in course.words.items()})
+        if course.truth is not None:
+            wrong = [row['bad_1'] for row in course.rows]
             place = self._curves('wrong', 'best: off by more than 1 px [%]', {
                 'best': (CURVE_COLOURS['wrong'], wrong)})
             place.set_ylim(0, max(1.1 * max(wrong), 1))
         # The evolution of `realtime` may converge earlier.
-        most = 'at most ' * (config.algorithm == 'realtime' and not record.frames)
+        most = 'at most ' * (config.algorithm == 'realtime' and not course.frames)
         lowest = config.min_disparity
         self.figure.suptitle(
-            f"{record.step} {record.rows[-1]['number']} of {most}{record.count}, profile "
-            f'{record.profile}, population {config.population}, disparities {lowest} to '
+            f"{course.step} {course.rows[-1]['number']} of {most}{course.count}, profile "
+            f'{course.profile}, population {config.population}, disparities {lowest} to '
             f'{lowest + config.disparities - 1} px')
 
     def _curves(self, name, title, lines):
         """Draw lines, {label: (colour, values)}, into the place of a name; return its Axes."""
-        place, numbers = self._places[name], [row['number'] for row in self._record.rows]
+        place, numbers = self._places[name], [row['number'] for row in self._course.rows]
         place.clear()
         for label, (colour, values) in lines.items():
             place.plot(numbers, values, marker='o' if len(numbers) < FEW else None, markersize=4,
@@ -270,8 +270,8 @@ class _Layout:
         place.set_title(title, size='small')
         place.xaxis.get_major_locator().set_params(integer=True, min_n_ticks=1)
         place.tick_params(labelsize='small')
-        place.set_xlabel(self._record.step, size='small')
-        place.set_xlim(numbers[0] - 0.5, self._record.count + 0.5)
+        place.set_xlabel(self._course.step, size='small')
+        place.set_xlim(numbers[0] - 0.5, self._course.count + 0.5)
         place.grid(alpha=0.3)
         place.legend(fontsize='small')
         return place
@@ -286,30 +286,30 @@ class _Layout:
         return place
 
 
-def panels_of(snapshot, record):
-    """Return the panels of a Snapshot of a Record, {name: (title, float (R, C), NaN = none)}."""
-    what = 'disparity' if record.frames else 'best chromosome'
-    panels = {'best': (f'{record.step} {snapshot.number}: {what}', snapshot.best)}
-    if record.truth is not None:
-        counted = True if record.mask is None else record.mask
-        wrong, = (row['bad_1'] for row in record.rows if row['number'] == snapshot.number)
+def panels_of(snapshot, course):
+    """Return the panels of a Snapshot of a Course, {name: (title, float (R, C), NaN = none)}."""
+    what = 'disparity' if course.frames else 'best chromosome'
+    panels = {'best': (f'{course.step} {snapshot.number}: {what}', snapshot.best)}
+    if course.truth is not None:
+        counted = True if course.mask is None else course.mask
+        wrong, = (row['bad_1'] for row in course.rows if row['number'] == snapshot.number)
         found = np.nan_to_num(snapshot.best, nan=-FAR_OFF)     # no disparity counts as wrong
         panels['error'] = (f'{wrong:.2f} % off by more than 1 px',
-                           np.where(counted, error_map(found, record.truth), np.nan))
+                           np.where(counted, error_map(found, course.truth), np.nan))
     panels['possibility'] = (f'its possibility, mean {snapshot.possibility.mean():.4f}',
                              snapshot.possibility)
     panels['origin'] = ('no parents yet', np.full(snapshot.best.shape, np.nan)
                         ) if snapshot.origin is None else (
-        'genes of the fittest child' if record.words is ORIGINS['paper'] else
+        'genes of the fittest child' if course.words is ORIGINS['paper'] else
         f'genes, {100 * np.mean(snapshot.origin == MUTATED):.2f} % new', snapshot.origin)
     return panels
 
 
-def _scales(record, brightest):
+def _scales(course, brightest):
     from matplotlib.colors import ListedColormap, Normalize
 
-    lowest = record.config.min_disparity
-    highest = lowest + max(record.config.disparities - 1, 1)
+    lowest = course.config.min_disparity
+    highest = lowest + max(course.config.disparities - 1, 1)
     return {name: {'cmap': cmap, 'norm': Normalize(*ends), 'interpolation': 'nearest'}
             for name, cmap, ends in (
         ('best', 'turbo', (lowest, highest)), ('error', 'magma', (0, ERROR_LIMIT)),

@@ -53,7 +53,7 @@ class History(NamedTuple):
         return state and cls(state.pictures, state.ages, state.drifts, state.own.labels)
 
 
-class Motion:
+class PictureShift:
     """Compares the pictures of two frames of one image size."""
 
     def __init__(self, rows, columns):
@@ -88,7 +88,7 @@ def _even_size(size):
     return size
 
 
-class Tiles(NamedTuple):
+class ViewTiles(NamedTuple):
     """A view compared with its previous picture, by tile: (tile rows, tile columns)."""
 
     differences: np.ndarray  # float32 (2, MEASURES, ...), by shift; see compare_tiles
@@ -106,7 +106,7 @@ class Averaging:
     """
     Averages the views of one image size.
 
-    pictures: uint16 (2, R, C), averaged, mirrored as the views are; tiles: `Tiles` of each view;
+    pictures: uint16 (2, R, C), averaged, mirrored as the views are; tiles: `ViewTiles` of each;
     ages_of_both: float32 by tile of the left view, see the kernel; share: of the tiles that are
     unchanged, in the view that has fewer; noise: grey levels
     """
@@ -114,17 +114,18 @@ class Averaging:
     def __init__(self, rows, columns, offset):
         """Allocate for images of a size; offset: of disparities from labels, px."""
         shape = -(-rows // TILE), -(-columns // TILE)
-        self._motion, self._size, self._offset = Motion(rows, columns), (rows, columns), offset
+        self._shift, self._size = PictureShift(rows, columns), (rows, columns)
+        self._offset = offset
         self._alike = np.zeros(shape, np.float32)
         self.ages_of_both = np.ones(shape, np.float32)
         sizes = {'differences': (2, MEASURES), 'ages_then': (2,), 'drifts_then': (2, 2),
                  'drifts': (2,)}
         kinds = {'choices': np.int8}
-        self._both = Tiles(*(
+        self._both = ViewTiles(*(
             np.zeros((2, *sizes.get(name, ()), *shape), kinds.get(name, np.float32))
-            for name in Tiles._fields))
+            for name in ViewTiles._fields))
         self._both.choices[:], self._both.ages[:] = -1, 1
-        self.tiles = [Tiles(*(values[side] for values in self._both)) for side in range(2)]
+        self.tiles = [ViewTiles(*(values[side] for values in self._both)) for side in range(2)]
         self.noise, self.shift, self.pictures, self.share = 0.0, (0, 0), None, 0.0
 
     @property
@@ -161,7 +162,7 @@ class Averaging:
         self._both.ages_then[:], self._both.drifts_then[:] = ages[:, None], drifts[:, None]
         shares = self._choose(pool, views, history, 1)
         if search and min(shares) < STILL:
-            self.shift = self._motion.between(pictures[0], views[0].luminance)
+            self.shift = self._shift.between(pictures[0], views[0].luminance)
         if any(self.shift):
             for tiles, before, drift, shift in zip(
                     self.tiles, ages, drifts, self.shifts[:, 1]):

@@ -19,7 +19,7 @@ operators the paper has words for
 It has none for fusion, by which the fittest takes from each of the other retained what makes it
 fitter: a minimum cut finds the best of all children that two parents can have.
 """
-from fuzzy_stereo_ros.matching.crossover import Cut, Exchange, Regions
+from fuzzy_stereo_ros.matching.crossover import Cut, Exchange, PartitionCrossover
 from fuzzy_stereo_ros.matching.kernels.genetic.exchange import differing_cells
 from fuzzy_stereo_ros.matching.kernels.genetic.literal_reading import place_patches
 from fuzzy_stereo_ros.matching.kernels.genetic.uniform_reading import (
@@ -53,9 +53,9 @@ class OperatorTools:
         self.pool.each(of_thread, range(self.pool.threads))
 
     def crossing(self, thread):
-        """Return the `Exchange` of a thread, and its `Regions`."""
+        """Return the `Exchange` of a thread, and its `PartitionCrossover`."""
         if self._crossings[thread] is None:
-            self._crossings[thread] = Exchange(*self._shape, 8), Regions(*self._shape)
+            self._crossings[thread] = Exchange(*self._shape, 8), PartitionCrossover(*self._shape)
         return self._crossings[thread]
 
     def fusion(self):

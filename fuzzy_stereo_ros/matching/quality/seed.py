@@ -14,7 +14,7 @@ from typing import NamedTuple
 import cv2
 from fuzzy_stereo_ros.matching.bands import cut_bands
 from fuzzy_stereo_ros.matching.config import MatcherConfig
-from fuzzy_stereo_ros.matching.crossover import Exchange, Regions
+from fuzzy_stereo_ros.matching.crossover import Exchange, PartitionCrossover
 from fuzzy_stereo_ros.matching.evolution import Budget
 from fuzzy_stereo_ros.matching.kernels.genetic import surface_cost
 from fuzzy_stereo_ros.matching.kernels.planes import fits
@@ -227,7 +227,7 @@ def cross(first, first_costs, second, second_costs, weights):
     exchange.set_cells(abs(first - second) > surface_cost.APART)
     surface_cost.exchange_changes(
         first, first_costs, second, second_costs, weights, exchange.changes())
-    cost = Regions(*first.shape)(exchange)
+    cost = PartitionCrossover(*first.shape)(exchange)
     exchange.take(first, second)
     exchange.take(first_costs, second_costs)
     return -cost

@@ -13,7 +13,7 @@ from functools import partial
 from typing import NamedTuple
 
 from fuzzy_stereo_ros.matching.bands import Chain, ThreadPool
-from fuzzy_stereo_ros.matching.crossover import Regions
+from fuzzy_stereo_ros.matching.crossover import PartitionCrossover
 from fuzzy_stereo_ros.matching.evidence import Evidence
 from fuzzy_stereo_ros.matching.evolution import Durations, evolve, Random, Stopwatch
 from fuzzy_stereo_ros.matching.match import Match
@@ -54,7 +54,7 @@ class Stages(NamedTuple):
     noise: Callable = NoiseEstimate
     describe: Callable = CensusPicture.describe
     previous_best: Callable = WarmStart.previous_best
-    crossover: Callable = partial(Regions, advantage=ADVANTAGE)
+    crossover: Callable = partial(PartitionCrossover, advantage=ADVANTAGE)
     vote: Callable = PlainRegions
     mutation: Callable = WeakRegions
 

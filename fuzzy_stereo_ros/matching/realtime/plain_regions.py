@@ -90,7 +90,7 @@ class Texture:
         return self._totals.sum(axis=0).tolist()
 
 
-class Found(NamedTuple):
+class PairRegions(NamedTuple):
     """
     The plain regions of a pair.
 
@@ -146,7 +146,7 @@ def judge(found, labels, nearest):
     """
     Write the planes that cells of regions take, and how sure map and plane are.
 
-    found: the `Found` regions; labels, nearest: see `elect`
+    found: the `PairRegions`; labels, nearest: see `elect`
     """
     votes, election = found.votes, elect(found.votes, found.places, labels, nearest)
     pixels, inconsistent = np.add.reduceat(votes.cells[:, [0, 4]], found.starts[:-1]).T
@@ -285,5 +285,5 @@ class PlainRegions:
         votes = kernels.Votes(
             np.zeros((cells, plain_texture.BANDS, self._labels), np.int16),
             np.zeros((cells, self._labels), np.int16), np.zeros((cells, 5), np.int32))
-        self._found = Found(places, starts, listed, begins, votes, np.zeros((cells, 3)),
-                            np.zeros(cells, np.uint8))
+        self._found = PairRegions(
+            places, starts, listed, begins, votes, np.zeros((cells, 3)), np.zeros(cells, np.uint8))

@@ -36,7 +36,7 @@ def reused_result(previous, views, config):
     """
     Return the `StillResult` that this frame reuses, None where it has to be searched.
 
-    previous: the FrameState of the previous frame, or None; views: the `Tiles` of both views,
+    previous: the FrameState of the previous frame, or None; views: the `ViewTiles` of both views,
     compared with it; config: the MatcherConfig
     """
     result = previous and previous.own.result
@@ -70,7 +70,7 @@ def _moves(views, shape):
     """
     Return whether two tiles of a view, side by side or one above the other, have changed.
 
-    views: the `Tiles` of each; shape: rows and columns of the images. Where a view has one tile
+    views: the `ViewTiles` of each; shape: rows and columns of images. Where a view has one tile
     only, its change is enough; less than half a tile counts as changed.
     """
     # With less than half a tile inside, at the right and lower edge, noise looks like a change.

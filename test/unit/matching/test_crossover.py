@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Crossover by a line, by regions and by a minimum cut, over exchanges made up."""
-from fuzzy_stereo_ros.matching.crossover import Cut, Exchange, LARGEST_CHANGE, Regions
+from fuzzy_stereo_ros.matching.crossover import Cut, Exchange, LARGEST_CHANGE, PartitionCrossover
 from hypothesis import given, settings, strategies as st
 import networkx
 import numpy as np
@@ -68,7 +68,7 @@ def least_cost_by_flow(exchange):
 @settings(max_examples=200, deadline=None)
 @given(exchanges((-20, 21), st.integers(1, 12)), st.sampled_from([0, 1, 5]))
 def test_regions_are_taken_as_by_trying_each(exchange, advantage):
-    taken = crossed(Regions(*exchange.shape, advantage), exchange)
+    taken = crossed(PartitionCrossover(*exchange.shape, advantage), exchange)
     np.testing.assert_array_equal(taken, twins.regions(exchange, advantage))
 
 
@@ -94,7 +94,8 @@ def test_a_cut_counts_pairs_above_0_as_0_and_then_leaves_the_regions_that_lose(e
     exchange.pairs[:] = np.minimum(pairs, 0)
     cut(exchange)
     exchange.pairs[:] = pairs
-    assert Regions(*exchange.shape).keep_gains(exchange) == twins.change_of(exchange, taken) <= 0
+    change = PartitionCrossover(*exchange.shape).keep_gains(exchange)
+    assert change == twins.change_of(exchange, taken) <= 0
     np.testing.assert_array_equal(exchange.taken, taken)
 
 

@@ -1,10 +1,12 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """The fitness of the profile `realtime`, and what an exchange of genes changes of it."""
+from functools import partial
+
 from bench.variants import Line
 from census_scene import random_map, seen, small_pair, twin_costs
 from fuzzy_stereo_ros.matching.bands import ThreadPool
-from fuzzy_stereo_ros.matching.crossover import Cut, Exchange, Regions
+from fuzzy_stereo_ros.matching.crossover import Cut, Exchange, PartitionCrossover
 from fuzzy_stereo_ros.matching.evolution import Random
 from fuzzy_stereo_ros.matching.kernels.genetic.exchange import copy_taken, differing_cells
 from fuzzy_stereo_ros.matching.kernels.genetic.gene_cost import (
@@ -109,14 +111,14 @@ def test_fitness_is_1_less_what_a_sample_costs_and_gains_are_those_of_all_genes(
     first, second = (random_map(shape, 17, seed) for seed in (3, 4))
     assert measured.measure(POOL, first)[0] == pytest.approx(twin(first, SAMPLE_STEP), abs=1e-12)
     before, other = twin(first), twin(second)
-    gained = measured.cross(POOL, Regions(*shape), RANDOM, first, second)
+    gained = measured.cross(POOL, PartitionCrossover(*shape), RANDOM, first, second)
     assert before + gained == pytest.approx(twin(first), abs=1e-12)
     assert twin(first) >= max(before, other) - 1e-12
 
 
 @settings(max_examples=30, deadline=None)
 @given(st.integers(2, 12), st.integers(2, 24), st.integers(1, 40), st.integers(0, 999),
-       st.sampled_from([Regions, lambda rows, columns: Regions(rows, columns, 2),
+       st.sampled_from([PartitionCrossover, partial(PartitionCrossover, advantage=2),
                         lambda rows, columns: Cut(rows, columns, 4), lambda *size: Line()]))
 def test_crossing_again_and_again_never_loses_fitness(
         rows, columns, disparities, seed, crossover):

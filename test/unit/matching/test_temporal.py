@@ -14,7 +14,7 @@ from fuzzy_stereo_ros.matching.kernels.temporal.unchanged_tiles import (
     add_drifts, ages_of_both, changes_alike, choose_tiles, reject_drifting, reject_pointed_at,
     tile_noises)
 from fuzzy_stereo_ros.matching.kernels.units import CONSISTENT
-from fuzzy_stereo_ros.matching.over_frames.averaging import Averaging, History, Motion
+from fuzzy_stereo_ros.matching.over_frames.averaging import Averaging, History, PictureShift
 from fuzzy_stereo_ros.matching.realtime.possibility import CensusPicture
 from hypothesis import given, settings, strategies as st
 from made_scenes import noisy
@@ -317,7 +317,7 @@ def found_between(motion, before, now):
 @pytest.mark.parametrize('down, right', [(0, 0), (0, 2), (3, -7), (-12, 16), (20, 30)])
 @pytest.mark.parametrize('noise', [0, 6])
 def test_the_shift_of_a_picture_is_found(down, right, noise):
-    motion, picture = Motion(*SHAPE), landscape(1).astype(np.float32)
+    motion, picture = PictureShift(*SHAPE), landscape(1).astype(np.float32)
     before, now = noisy((seen(picture, 0, 0), seen(picture, down, right)), noise,
                         np.random.default_rng(2))
     assert found_between(motion, before, now) == (down, right)

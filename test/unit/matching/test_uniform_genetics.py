@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Kernels of the uniform reading: fitness, what an exchange of genes changes, mutation."""
-from fuzzy_stereo_ros.matching.crossover import Cut, Exchange, Regions
+from fuzzy_stereo_ros.matching.crossover import Cut, Exchange, PartitionCrossover
 from fuzzy_stereo_ros.matching.kernels.genetic.exchange import differing_cells
 from fuzzy_stereo_ros.matching.kernels.genetic.random_numbers import key_of
 from fuzzy_stereo_ros.matching.kernels.genetic.uniform_reading import (
@@ -102,7 +102,7 @@ def test_taking_genes_leaves_a_child_that_is_worth_what_the_crossover_said(shape
     second = scene.chromosome(genes)
     exchange = exchanged(scene, first, second)
     framed = first[0].shape
-    change = (Cut(*framed, 8) if crossover == 'cut' else Regions(*framed))(exchange)
+    change = (Cut(*framed, 8) if crossover == 'cut' else PartitionCrossover(*framed))(exchange)
     assert change <= 0
     exchange.take(first[0], second[0])
     exchange.take(first[1], second[1])

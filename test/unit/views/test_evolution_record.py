@@ -11,8 +11,8 @@ from fuzzy_stereo_ros.pairs.image_files import read_image
 from fuzzy_stereo_ros.synthetic.scenes import make_pair
 from fuzzy_stereo_ros.views import evolution as evolution_view
 from fuzzy_stereo_ros.views.evolution import (
-    evolution_figure, EvolutionFilm, FIRST, MUTATED, observe_generations, ORIGIN_COLOURS,
-    origin_of_fittest_child, RATES, Record, SECOND, Snapshot, STAY)
+    Course, evolution_figure, EvolutionFilm, FIRST, MUTATED, observe_generations, ORIGIN_COLOURS,
+    origin_of_fittest_child, RATES, SECOND, Snapshot, STAY)
 from fuzzy_stereo_ros.views.pictures import PANEL_SUFFIXES, write_figure
 from made_scenes import bits, film
 import numpy as np
@@ -125,7 +125,7 @@ def snapshot_of(number, best=None):
     (0, 1000, [0, 1, 10, 100, 1000]), (1, 1, [1]), (1, 5, [1, 2, 3, 5]),
     (1, 30, [1, 2, 3, 10, 30])])
 def test_at_most_five_are_shown_the_first_two_and_the_last_among_them(first, last, numbers):
-    course = Record(replace(CONFIGS['paper'], generations=last), frames=first and last)
+    course = Course(replace(CONFIGS['paper'], generations=last), frames=first and last)
     for number in range(first, last + 1):
         course.add(snapshot_of(number))
     assert [snapshot.number for snapshot in course.shown] == numbers
@@ -136,14 +136,14 @@ def test_at_most_five_are_shown_the_first_two_and_the_last_among_them(first, las
 
 
 def test_an_evolution_that_converges_early_shows_its_last_generation():
-    course = Record(replace(CONFIGS['paper'], generations=1000))
+    course = Course(replace(CONFIGS['paper'], generations=1000))
     for number in range(8):
         course.add(snapshot_of(number))
     assert [snapshot.number for snapshot in course.shown] == [0, 1, 7]
 
 
 def test_the_error_is_that_of_the_best_chromosome_inside_the_mask(pair):
-    course = Record(CONFIGS['realtime'], pair.truth, pair.visible)
+    course = Course(CONFIGS['realtime'], pair.truth, pair.visible)
     best = np.where(np.arange(100) < 50, pair.truth, pair.truth + 2).astype(np.float32)
     course.add(snapshot_of(0, best))
     assert course.rows[0]['bad_1'] == score(best, pair.truth, pair.visible).bad_dense[1.0] > 30
@@ -157,7 +157,7 @@ def evolution(profile='realtime', with_truth=True, shape=(40, 60), **changes):
     pair = make_pair(*shape, 16, noise=4.0, colour=True)
     config = MatcherConfig.from_profile(profile, **{
         'disparities': 16, 'generations': 2, 'reference': 'left', **changes})
-    course, told = Record(config, pair.truth if with_truth else None), []
+    course, told = Course(config, pair.truth if with_truth else None), []
 
     def tell(snapshot):
         course.add(snapshot)
@@ -239,7 +239,7 @@ def test_the_animation_has_a_frame_for_each_generation_and_repeats_the_last(
     monkeypatch.setattr(EvolutionFilm, 'write', keep)
     path, pair = tmp_path / 'film.avi', make_pair(40, 60, 16, noise=4.0)
     config = MatcherConfig.from_profile('paper', disparities=16, generations=3, reference='left')
-    course = Record(config, pair.truth)
+    course = Course(config, pair.truth)
     animation = EvolutionFilm(path, course)
     observe_generations(config, pair.left, pair.right,
                         lambda snapshot: (course.add(snapshot), animation.add()))
@@ -252,10 +252,10 @@ def test_the_animation_has_a_frame_for_each_generation_and_repeats_the_last(
 
 
 def test_a_long_evolution_is_shown_faster(tmp_path):
-    film = EvolutionFilm(tmp_path / 'film.mp4', Record(
+    film = EvolutionFilm(tmp_path / 'film.mp4', Course(
         MatcherConfig(generations=55)))
     assert film.rate == 6
-    film = EvolutionFilm(tmp_path / 'film.mp4', Record(
+    film = EvolutionFilm(tmp_path / 'film.mp4', Course(
         MatcherConfig(), frames=5000))
     assert film.rate == RATES[1]
     film.close()

@@ -9,7 +9,7 @@ from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
 from fuzzy_stereo_ros.pairs.image_files import write_image
 from fuzzy_stereo_ros.synthetic.scenes import make_pair
 from fuzzy_stereo_ros.views.evolution import (
-    FIRST, MUTATED, observe_frames, RATES, Record, STAY)
+    Course, FIRST, MUTATED, observe_frames, RATES, STAY)
 import numpy as np
 import pytest
 
@@ -28,29 +28,29 @@ def folders(tmp_path):
 
 
 def watched(config, pairs, truth=None, mask=None):
-    """Return the Snapshots and the Record of a sequence."""
-    told, record = [], Record(config, truth, mask, len(pairs))
-    observe_frames(config, pairs, lambda snapshot: (told.append(snapshot), record.add(snapshot)))
-    return told, record
+    """Return the Snapshots and the Course of a sequence."""
+    told, course = [], Course(config, truth, mask, len(pairs))
+    observe_frames(config, pairs, lambda snapshot: (told.append(snapshot), course.add(snapshot)))
+    return told, course
 
 
 def test_observing_a_sequence_changes_nothing_and_reports_the_warm_start():
     pairs = [(PAIR.left, PAIR.right)] * FRAMES
-    frames, record = watched(CONFIG, pairs, PAIR.truth, PAIR.visible)
+    frames, course = watched(CONFIG, pairs, PAIR.truth, PAIR.visible)
     matcher = StereoMatcher(CONFIG)
-    for frame, row, pair in zip(frames, record.rows, pairs):
+    for frame, row, pair in zip(frames, course.rows, pairs):
         match = matcher.match(*pair)
         np.testing.assert_array_equal(frame.best, match.disparity)
         assert (row['warm'], row['gains']) == (match.warm, match.gains)
-    assert [row['warm'] for row in record.rows] == [False, True, True, True]
-    assert record.rows[-1]['bad_1'] < 100
+    assert [row['warm'] for row in course.rows] == [False, True, True, True]
+    assert course.rows[-1]['bad_1'] < 100
 
 
 @pytest.mark.parametrize('reference', ['left', 'right'])
 def test_of_paper_it_tells_which_genes_are_new_and_how_possible_the_best_is(reference):
     config = MatcherConfig.from_profile(
         'paper_live', disparities=24, threads=1, generations=2, reference=reference)
-    frames, record = watched(config, [(PAIR.left, PAIR.right)] * 3, PAIR.truth, PAIR.visible)
+    frames, course = watched(config, [(PAIR.left, PAIR.right)] * 3, PAIR.truth, PAIR.visible)
     matcher, before = StereoMatcher(config), None
     for frame in frames:
         matcher.match(PAIR.left, PAIR.right)
@@ -66,7 +66,7 @@ def test_of_paper_it_tells_which_genes_are_new_and_how_possible_the_best_is(refe
                 frame.origin[upright], np.where(best != before, MUTATED, FIRST))
         assert frame.image is (PAIR.right if reference == 'right' else PAIR.left)
         before = best
-    first, _, last = record.rows
+    first, _, last = course.rows
     assert first['origins'] == {} and 1 > last['origins']['new'] > 0
     # The truth is of the left image.
     assert reference == 'right' or last['bad_1'] < first['bad_1']
@@ -77,8 +77,8 @@ def test_genes_are_of_the_half_size_map_then_of_the_previous_best_until_a_cut(pr
     other = make_pair(96, 128, 24, 7, colour=True)
     pairs = [(PAIR.left, PAIR.right)] * 3 + [(other.left, other.right)]
     config = MatcherConfig.from_profile(profile, disparities=24, threads=1)
-    frames, record = watched(config, pairs)
-    first, second, third, cut = (row['origins'] for row in record.rows)
+    frames, course = watched(config, pairs)
+    first, second, third, cut = (row['origins'] for row in course.rows)
     for frame, shares in zip(frames, (first, second, third, cut)):
         assert sum(shares.values()) == pytest.approx(1)
         assert shares['previous best'] == np.mean(frame.origin == FIRST)

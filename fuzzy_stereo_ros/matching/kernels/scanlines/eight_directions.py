@@ -24,7 +24,7 @@ ALONG, DOWN_RIGHT, DOWN, DOWN_LEFT = range(4)      # planes of grey steps
 _RIGHTWARDS = 1, 1, 0, -1     # columns that a path steps on the way down, by plane
 
 
-class Surface(NamedTuple):
+class ParentSurface(NamedTuple):
     """The surface of a parent, which paths follow."""
 
     labels: np.ndarray   # int16 (R, C)
@@ -135,11 +135,11 @@ def sum_paths(costs, parent, penalties, sums, upwards, begin, first):
     """
     Write the sums of the paths from the left and from above, or add those of the way upwards.
 
-    parent: of a Surface; penalties: of StepPenalties; sums: uint16 (n, C, labels), of n rows from
-    `first` on; upwards: add the paths from the right and from below; begin: the row in which the
-    paths start
+    parent, penalties: of a ParentSurface, of StepPenalties; sums: uint16 (n, C, labels), of n rows
+    from `first` on; upwards: add the paths from the right and from below; begin: the row in which
+    the paths start
     """
-    parent, penalties = Surface(*parent), StepPenalties(*penalties)
+    parent, penalties = ParentSurface(*parent), StepPenalties(*penalties)
     columns, labels = costs.shape[1:]
     paths = Paths(np.full((2, 4, columns, labels + 2 * BESIDE), np.uint16(FAR)),
                   np.empty((2, 4, columns), np.uint16))
