@@ -111,6 +111,7 @@ class Parser(argparse.ArgumentParser):
         return self._subparsers is not None
 
     def waive(self, *names):
+        """Make the arguments of these names optional."""
         for action in self._actions:
             if action.dest in names:
                 action.required = False

@@ -281,6 +281,7 @@ class IndexedPath:
         return str(self._path)
 
     def open(self, mode):   # noqa: A003  rosbags calls it
+        """Return the file as it is read, buffered; mode: 'rb'. OSError if it cannot be opened."""
         return io.BufferedReader(_IndexedFile(self._path.open(mode, buffering=0), *self._parts))
 
     def __getattr__(self, name):

@@ -254,10 +254,16 @@ class Copying(NamedTuple):
 
 
 class CopiedMessages:
-    """The messages of topics, a list, to be copied; nobody else must read the BagReader."""
+    """The messages of bags that are copied, in their order; topics: the names, a list."""
 
     def __init__(self, bags, names=(), results=(), start=None, stop=None):
-        """Choose topics, () = all but the results; ValueError for one that cannot be copied."""
+        """
+        Choose messages.
+
+        bags: a BagReader that nobody else reads; names: topics, () = all but the results; results:
+        topics that are written; start, stop: log times, ns, see `BagReader.messages`. Raises
+        ValueError for a topic that is not there, is a result, or has a type that is not defined.
+        """
         self.topics = [slashed(name) for name in names] or [
             topic for topic in bags.topics if topic not in results]
         for topic in self.topics:

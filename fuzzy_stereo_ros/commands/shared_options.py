@@ -42,7 +42,13 @@ def truth_and_mask(arguments, shape):
 
 
 def checked_outputs(arguments, checks, inputs=()):
-    """Return {option: Path} of outputs, whose suffixes checks check; ValueError."""
+    """
+    Return {option: Path} of the output files that are given.
+
+    checks: {option: check(path)}, which raises ValueError for a suffix that is not allowed;
+    inputs: paths that no output may replace, None among them is left out. Raises ValueError too
+    if two files are one, if a folder is missing, or if a file exists without --overwrite.
+    """
     outputs = {name: Path(getattr(arguments, name)) for name in checks
                if getattr(arguments, name) is not None}
     taken = {Path(path).resolve(): 'an input' for path in inputs if path is not None}

@@ -205,7 +205,11 @@ def in_eight_bits_alike(left, right):
 
 
 def fastest(work, repeats, processor=False):
-    """Return the result of work() and the ms, perhaps of processor time, of the fastest call."""
+    """
+    Return the result of the last call of work(), and the milliseconds of the fastest one.
+
+    repeats: calls, 1 or more; processor: whether time of the processors counts, not of the clock
+    """
     times, clock = [], time.process_time_ns if processor else time.perf_counter_ns
     for _ in range(repeats):
         started = clock()

@@ -29,7 +29,12 @@ OWN_EXPLANATION = (
 
 
 def report_of(results, sequences, means, matchers, settings, skipped):
-    """Return the `Report` of `Result`s; settings: {what: how}; skipped: sentences."""
+    """
+    Return the `Report` of an evaluation.
+
+    results, sequences: `Result`s of scenes and of sequences; means: of `mean_records`; matchers:
+    in their order; settings: {what: how}, with 'threads'; skipped: sentences on what is left out
+    """
     every, own = [*results, *sequences], [
         one for one in (*results, *sequences) if not one.has_truth]
     results, sequences = ([one for one in those if one.has_truth]

@@ -100,7 +100,12 @@ class RowAlignment:
         self._fitted, self._seen = (None, None), (None, None, None)
 
     def align(self, pool, rows, left, right, rig):
-        """Return right at the rows of left, which the next pair overwrites, and the Rows."""
+        """
+        Return right at the rows of left, which the next pair overwrites, and the `Rows` with it.
+
+        pool: a ThreadPool; rows: the Rows after the pair before; left, right: uint8 or uint16,
+        (R, C) or (R, C, 3) BGR, of one size and dtype; rig: of `rig_of`
+        """
         rows = self._stepped(rows.of(rig), left.shape[:2])      # by this configuration
         if rows.pair == rows.search:
             rows = self._searched(pool, rows, left, right)
@@ -113,7 +118,11 @@ class RowAlignment:
         return self._fitted[1]
 
     def watch(self, rows, left, right, match):
-        """Return Rows after a pair as it came and its Match; some pairs are measured."""
+        """
+        Return the `Rows` for the next pair; corners of some pairs are measured.
+
+        rows: of `align`; left, right: the images as they came, as for `align`; match: their Match
+        """
         pair, shape, confidence = rows.pair, match.disparity.shape, mean_confidence(match)
         low = rows.low + 1 if confidence < LOWER * rows.usual else 0
         rows = rows._replace(low=low, usual=rows.usual + (

@@ -163,7 +163,14 @@ class CameraOptions:
         return [field.name for field in fields(self) if getattr(self, field.name) is not None]
 
     def cameras(self, shape, purpose, raw=False, images=(), needed=ABOVE_ZERO):
-        """Return both Camera, for images of a shape, and their origin; ValueError if missing."""
+        """
+        Return (left, right), each a `RosCamera`, and where they are from, in words.
+
+        shape: (R, C) of the images; purpose: what needs cameras, for the error; raw: whether the
+        images have to be rectified; images: their paths, see `read_cameras`; needed: options that
+        cannot be left out. Raises ValueError if the cameras are missing, cannot rectify, or are of
+        images of another size, and as `read_cameras`.
+        """
         files = self.calibration
         found = files and read_cameras(files, shape, self.offset or 0.0, self.unit, images)
         if raw and (not found or is_of_one_camera(files) or found[0].r == UNKNOWN):

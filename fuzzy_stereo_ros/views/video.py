@@ -168,7 +168,13 @@ def side_by_side(matched, low, high):
 
 
 def image_beside_disparity(image, disparity, low, high, where, found, title='image'):
-    """Return an image and disparities, low to high px, under titles: uint8 (R, C, 3) BGR."""
+    """
+    Return an image beside its disparities in colours, each below a head: uint8 (R, C, 3) BGR.
+
+    image: uint8 or uint16, (R, C) or (R, C, 3) BGR; disparity: float32 (R, C), px, NaN = invalid;
+    low, high: px, the ends of the colours; title, where: two lines above the image; found: words
+    behind the title of the disparities
+    """
     image = in_eight_bits(image)
     image = image if image.ndim == 3 else cv2.cvtColor(image, cv2.COLOR_GRAY2BGR)
     return np.hstack([

@@ -37,7 +37,11 @@ class Picture:
         self.grey = zeros((rows, columns + features.SLACK), np.uint8)
 
     def read(self, image, shift, left_shift, first, last):
-        """Read the rows of an image, uint8 or uint16, moved to the right by `shift` columns."""
+        """
+        Read the rows first to last - 1 of an image, moved to the right by `shift` columns.
+
+        image: uint8 or uint16, (R, C) or (R, C, 3) BGR; left_shift: bits, of `luminance_shift`
+        """
         fast = shift == 0 and image.dtype == np.uint8 and self.columns >= LANES
         if image.ndim == 3 and fast:
             features.luminance_of_bytes(image, left_shift, self.mirrored, self.luminance,
@@ -52,7 +56,7 @@ class Picture:
                         first, last)
 
     def halve(self, half, first, last):
-        """Fill the rows of the half-size picture."""
+        """Write the rows first to last - 1 of a `Picture` of half the size, mirrored alike."""
         offset = self.columns - 2 * half.columns if self.mirrored else 0
         features.halve(self.luminance, self.grey, half.columns, offset, half.luminance, half.grey,
                        first, last)

@@ -48,7 +48,13 @@ class SurfaceScanlines:
             signed[1:, :-1], signed[:-1, 1:])
 
     def search(self, pool, costs, disparities, small, parent, steepest, chosen, here=slice(None)):
-        """Choose labels of rows `here` along parent, int16 (R, C); small: P1 a P2."""
+        """
+        Choose the labels of least sum of all paths, of the rows `here`.
+
+        pool: a ThreadPool; costs: uint16 (R, C, labels), of matches, the first `disparities` of
+        them count; small: P1 as a share of P2; parent, steepest: see `ParentSurface`; chosen: the
+        fields of `ChosenLabels`, written
+        """
         small, jump = (np.rint(share * JUMP).astype(np.uint16) for share in (small, 1))
         rows = self._costs_shape[0]
         begin, end, _ = here.indices(rows)
