@@ -25,9 +25,9 @@ import zipfile
 import cv2
 import fuzzy_stereo_ros
 from fuzzy_stereo_ros.matching import Match, MatcherConfig
-from fuzzy_stereo_ros.matching.beyond import searched
 from fuzzy_stereo_ros.matching.evolution import Generation
 from fuzzy_stereo_ros.matching.matcher import ALGORITHMS, checked_pair, MOST_SIDE
+from fuzzy_stereo_ros.matching.out_of_range import searched
 from fuzzy_stereo_ros.matching.over_frames.state import check_array, FrameState, restored
 from fuzzy_stereo_ros.matching.row_alignment import Rows
 from fuzzy_stereo_ros.matching.row_offsets import LARGEST_OFFSET

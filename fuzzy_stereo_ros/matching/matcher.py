@@ -7,11 +7,11 @@ import numbers
 import time
 
 import cv2
-from fuzzy_stereo_ros.matching.beyond import EXTRA_LABELS, reject_beyond, searched
 from fuzzy_stereo_ros.matching.config import MatcherConfig
 from fuzzy_stereo_ros.matching.evolution import Budget, Random
 from fuzzy_stereo_ros.matching.kernels.compiled import expect
 from fuzzy_stereo_ros.matching.match import Camera, mirrored
+from fuzzy_stereo_ros.matching.out_of_range import EXTRA_LABELS, reject_beyond, searched
 from fuzzy_stereo_ros.matching.paper.matcher import PaperMatcher
 from fuzzy_stereo_ros.matching.quality.matcher import QualityMatcher
 from fuzzy_stereo_ros.matching.realtime.matcher import RealtimeMatcher

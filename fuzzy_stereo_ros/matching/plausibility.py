@@ -15,6 +15,7 @@ import time
 from typing import NamedTuple
 
 import cv2
+from fuzzy_stereo_ros.matching.out_of_range import proposed
 from fuzzy_stereo_ros.matching.row_offsets import (
     features_in_common, grey, misalignment_of, reduced, terms_at)
 import numpy as np
@@ -51,7 +52,6 @@ OUTNUMBERED = 10    # times as many features are farther than infinity as if the
 TURNED = 0.25       # share of the features that are farther than infinity
 BEYOND, FEWEST_BEYOND = 0.05, 8     # features that lie beyond the range
 RANGE_MARGIN = 2    # px, around the disparities of features, of a proposed range
-ROUNDED = 16        # a proposed number of disparities is a multiple of it
 
 
 class Finding(NamedTuple):
@@ -334,8 +334,8 @@ def _by_range(seen):
 
 
 def _more(first, wanted, fault, more=''):
-    needed = -(-wanted // ROUNDED) * ROUNDED
-    return Finding('range', f'{fault}: search {needed:.0f} disparities{more}',
+    needed = proposed(wanted)
+    return Finding('range', f'{fault}: search {needed} disparities{more}',
                    needed=(first, first + needed - 1))
 
 

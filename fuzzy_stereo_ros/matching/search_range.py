@@ -11,6 +11,7 @@ from dataclasses import replace
 import cv2
 from fuzzy_stereo_ros.matching.config import MatcherConfig
 from fuzzy_stereo_ros.matching.matcher import StereoMatcher
+from fuzzy_stereo_ros.matching.out_of_range import MULTIPLE, proposed
 from fuzzy_stereo_ros.matching.plausibility import PlausibilityCheck
 import numpy as np
 
@@ -22,7 +23,6 @@ PERCENTILES = 0.3, 99.9
 RESERVE = 1.15          # times the largest disparity, as things come nearer than in a few pairs
 UNSURE = 2.0            # px of the reduced images by which a range may be wrong
 WIDENED = 5             # times at most that a range is widened
-MULTIPLE = 16           # px, of which the number of disparities is a multiple
 LEAST_SHARE = 0.02      # least share of confident pixels for a result
 
 
@@ -78,4 +78,4 @@ def with_reserve(seen):
 def range_from(low, high):
     """Return (min_disparity, disparities) in MULTIPLEs that include disparities, px."""
     first = MULTIPLE * int(np.floor(low / MULTIPLE))
-    return first, max(MULTIPLE, MULTIPLE * int(np.ceil((high + 1 - first) / MULTIPLE)))
+    return first, max(MULTIPLE, proposed(high + 1 - first))

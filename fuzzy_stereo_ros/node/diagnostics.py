@@ -158,7 +158,7 @@ class Diagnostics:
                        for reason, count in sorted(self.rejected.items())}
         if match is None:
             return figures
-        # A pair that keeps a result skips stages; their figures stay those of the pairs before.
+        # A pair that reuses a result skips stages; their figures stay those of the pairs before.
         for name in dict.fromkeys(name for one in times for name in one):
             found = [one[name] for one in times if name in one]
             median, high = np.percentile(found, (50, 95))

@@ -10,7 +10,7 @@ import shutil
 import tempfile
 
 from fuzzy_stereo_ros.matching import Match, MatcherConfig, StereoMatcher
-from fuzzy_stereo_ros.matching.beyond import EXTRA_LABELS
+from fuzzy_stereo_ros.matching.out_of_range import EXTRA_LABELS
 from fuzzy_stereo_ros.matching.over_frames.state import (
     LONGEST_GAP_NS)
 from fuzzy_stereo_ros.matching.realtime.still_scene import SETTLED

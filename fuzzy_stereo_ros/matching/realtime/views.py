@@ -8,7 +8,7 @@ Not in the paper, whose memberships have a fixed width.
 from itertools import pairwise
 
 from fuzzy_stereo_ros.matching.bands import widened
-from fuzzy_stereo_ros.matching.beyond import EXTRA_LABELS
+from fuzzy_stereo_ros.matching.out_of_range import EXTRA_LABELS
 from fuzzy_stereo_ros.matching.over_frames.pictures import (
     luminance_shift, NoiseEstimate, Picture)
 from fuzzy_stereo_ros.matching.realtime.possibility import (

@@ -5,8 +5,8 @@ from dataclasses import replace
 
 from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
 from fuzzy_stereo_ros.matching.bands import ThreadPool
-from fuzzy_stereo_ros.matching.beyond import EXTRA_LABELS, reject_beyond, searched
 from fuzzy_stereo_ros.matching.match import Match
+from fuzzy_stereo_ros.matching.out_of_range import EXTRA_LABELS, reject_beyond, searched
 from fuzzy_stereo_ros.matching.plausibility import PlausibilityCheck
 from fuzzy_stereo_ros.synthetic.scenes import make_pair
 from hypothesis import given, settings, strategies as st

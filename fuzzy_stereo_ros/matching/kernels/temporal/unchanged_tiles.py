@@ -16,7 +16,7 @@ import numpy as np
 
 QUIET_TILES = 0.2    # share of the tiles that are expected to differ by noise alone
 ROUGH = 0.61         # most noise by its second differences: 1.5 / sqrt(6) of their mean size
-RESTS = 0.9          # share of unchanged tiles from which changed ones may be averaged again
+REJOINED = 0.9       # share of unchanged tiles from which changed ones may be averaged again
 # Limits of the differences of an unchanged tile: of pixels, as a factor of those of noise; of the
 # means of blocks (1 in white noise), the mean and the pixels of any block, as factors of those of
 # the tile's pixels; grey levels added to each limit, twice to those of blocks.
@@ -97,7 +97,7 @@ def choose_tiles(differences, ages, noises, choices, new_ages, sizes):
     """
     louder = np.ones(ages.shape, np.float32)
     share = _choose(differences, ages, noises, louder, choices, new_ages, sizes)
-    if share > RESTS:
+    if share > REJOINED:
         flat, old = louder.ravel(), ages.ravel()
         for tile in range(flat.size):
             flat[tile] = np.sqrt(1 + 1 / max(old[tile], np.float32(1)))

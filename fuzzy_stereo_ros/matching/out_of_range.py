@@ -19,7 +19,7 @@ FEW_PIXELS = 2**19  # up to which one thread rejects sooner than others begin
 MOST_DISPARITIES = 4096     # that a MatcherConfig allows
 AT_THE_END = 0.1    # share in the last quarter of the margin from which the margin is too short
 FURTHER = 4 / 3     # factor of the range that is proposed where the margin is too short
-ROUND = 16          # proposed ranges are multiples of it, as OpenCV needs them
+MULTIPLE = 16       # of which a proposed number of disparities is one, as OpenCV needs it
 
 
 @lru_cache(16)
@@ -51,10 +51,10 @@ def reject_beyond(pool, config, most, match):
     within, *beyond = counts.sum(axis=0)[:max(most - config.disparities, 1)].tolist()
     number = sum(beyond)
     return replace(match, beyond=number / max(number + within, 1),
-                   needed_disparities=_enough(config.disparities, beyond))
+                   needed_disparities=_needed_disparities(config.disparities, beyond))
 
 
-def _enough(disparities, beyond):
+def _needed_disparities(disparities, beyond):
     """Return the range that includes pixels beyond: [number 1 label beyond, 2 labels ...]."""
     number = sum(beyond)
     if not number:
@@ -63,4 +63,9 @@ def _enough(disparities, beyond):
         wanted = max(FURTHER * disparities, disparities + EXTRA_LABELS)
     else:
         wanted = disparities + max(away for away, found in enumerate(beyond, 1) if found)
-    return min(int(-(-wanted // ROUND)) * ROUND, MOST_DISPARITIES)
+    return proposed(wanted)
+
+
+def proposed(wanted):
+    """Return the number of disparities to propose where so many are wanted, of any type: int."""
+    return min(int(-(-wanted // MULTIPLE)) * MULTIPLE, MOST_DISPARITIES)
