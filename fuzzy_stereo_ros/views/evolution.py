@@ -28,7 +28,7 @@ ORIGINS = {
 ORIGIN_COLOURS = {FIRST: '#3b6fb6', SECOND: '#f2a93b', MUTATED: '#d62768'}
 CURVE_COLOURS = {'best': '#1a7f37', 'mean': '#555555', 'worst': '#b35900', 'wrong': '#b3261e'}
 UNITS = {'best': 'px', 'error': 'error in px; grey does not count'}     # of panels
-NOTHING, UNCOUNTED = '#ffffff', '#8a8a8a'   # no parents yet; no ground truth
+BACKGROUNDS = {'origin': '#ffffff', 'error': '#8a8a8a'}     # no parents yet; no ground truth
 BETWEEN = 1 / 3, 2 / 3  # exponents of the last step, of steps in a figure
 WIDTH = 3.4         # inches of a panel with its margins
 HEIGHTS = 1.4, 6.0  # least and most inches of a panel
@@ -196,10 +196,9 @@ class _Layout:
         from matplotlib.figure import Figure
 
         self._course = course
-        truth = course.truth is not None
-        above = ['image', *['truth'] * truth, 'fitness', 'genes', *['wrong'] * truth]
-        names = ['best', *['error'] * truth, 'possibility', 'origin']
-        across = max(len(names), len(above))
+        self._scales = _scales(course, max(float(np.percentile(one.possibility, BRIGHTEST))
+                                           for one in snapshots))
+        across = 3 if course.truth is None else 5       # panels of the first row
         rows, columns = snapshots[0].best.shape
         height = min(max(WIDTH * rows / columns, HEIGHTS[0]), HEIGHTS[1])
         self.figure = Figure(
@@ -207,15 +206,11 @@ class _Layout:
             layout='constrained', dpi=dots or min(max(columns / WIDTH, DOTS[0]), DOTS[1]))
         self.figure.get_layout_engine().set(h_pad=0.08, w_pad=0.06)
         FigureCanvasAgg(self.figure)
-        self._places = self.figure.subplot_mosaic([
-            above + ['.'] * (across - len(above)),
-            *([f'{name} {row}' for name in names] + ['.'] * (across - len(names))
-              for row in range(len(snapshots)))])
-        self._scales = _scales(course, max(float(np.percentile(one.possibility, BRIGHTEST))
-                                           for one in snapshots))
+        self._above, *self._below = self.figure.subplots(len(snapshots) + 1, across)
+        for place in (place for line in self._below for place in line[len(self._scales):]):
+            place.remove()
         self.draw(snapshots)
-        for name in names:
-            places = [self._places[f'{name} {row}'] for row in range(len(snapshots))]
+        for name, *places in zip(self._scales, *self._below):
             bar = self.figure.colorbar(
                 places[0].images[0], ax=places, location='bottom', aspect=30, pad=0.02,
                 extend='max' if name in ('error', 'possibility') else 'neither')
@@ -227,29 +222,28 @@ class _Layout:
     def draw(self, snapshots):
         """Draw Snapshots, one into each row, and the curves of the Course."""
         course, config = self._course, self._course.config
-        self._show('image', f'{config.reference} image, the reference',
-                   as_rgb(snapshots[0].image))
+        above = iter(self._above)
+        _show(next(above), f'{config.reference} image, the reference', as_rgb(snapshots[0].image))
         if course.truth is not None:
-            self._show('truth', 'ground truth; hatched is unknown', course.truth,
-                       **self._scales['best'])
-        for row, snapshot in enumerate(snapshots):
-            for name, (title, values) in panels_of(snapshot, course).items():
-                place = self._show(f'{name} {row}', title, values, **self._scales[name])
-                background = {'origin': NOTHING, 'error': UNCOUNTED}.get(name)
-                if background:
-                    place.patch.set(facecolor=background, hatch=None)
+            _show(next(above), 'ground truth; hatched is unknown', course.truth,
+                  **self._scales['best'])
+        for line, snapshot in zip(self._below, snapshots):
+            for place, (name, panel) in zip(line, panels_of(snapshot, course).items()):
+                _show(place, *panel, **self._scales[name])
+                if name in BACKGROUNDS:
+                    place.patch.set(facecolor=BACKGROUNDS[name], hatch=None)
         scale = '1 is perfect' if config.algorithm != 'paper' else (
             'Eq. 3 as printed' if config.reading == 'literal' else f'{config.reading} reading')
-        place = self._curves('fitness', f'fitness ({scale})', {name: (
+        place = self._curves(next(above), f'fitness ({scale})', {name: (
             CURVE_COLOURS[name], [row[f'{name}_fitness'] for row in course.rows])
             for name in ('best', 'mean', 'worst')})
         place.ticklabel_format(axis='y', scilimits=LIMITS)
-        self._curves('genes', 'origin of genes [%]', {word: (ORIGIN_COLOURS[code], [
+        self._curves(next(above), 'origin of genes [%]', {word: (ORIGIN_COLOURS[code], [
             100 * row['origins'].get(word, np.nan) for row in course.rows])
             for code, word in course.words.items()})
         if course.truth is not None:
             wrong = [row['bad_1'] for row in course.rows]
-            place = self._curves('wrong', 'best: off by more than 1 px [%]', {
+            place = self._curves(next(above), 'best: off by more than 1 px [%]', {
                 'best': (CURVE_COLOURS['wrong'], wrong)})
             place.set_ylim(0, max(1.1 * max(wrong), 1))
         # The evolution of `realtime` may converge earlier.
@@ -260,9 +254,9 @@ class _Layout:
             f'{course.profile}, population {config.population}, disparities {lowest} to '
             f'{lowest + config.disparities - 1} px')
 
-    def _curves(self, name, title, lines):
-        """Draw lines, {label: (colour, values)}, into the place of a name; return its Axes."""
-        place, numbers = self._places[name], [row['number'] for row in self._course.rows]
+    def _curves(self, place, title, lines):
+        """Draw lines, {label: (colour, values)}, into Axes and return these."""
+        numbers = [row['number'] for row in self._course.rows]
         place.clear()
         for label, (colour, values) in lines.items():
             place.plot(numbers, values, marker='o' if len(numbers) < FEW else None, markersize=4,
@@ -276,14 +270,13 @@ class _Layout:
         place.legend(fontsize='small')
         return place
 
-    def _show(self, name, title, values, **colours):
-        """Draw an image, or a map in colours, into the place of a name; return its Axes."""
-        place = self._places[name]
-        place.clear()
-        show_map(place, values, '', bar=False, **colours)
-        place.set_title(title, size='small')
-        place.set_anchor('N')       # aligns the titles of a row
-        return place
+
+def _show(place, title, values, **colours):
+    """Draw an image, or a map in colours, into Axes."""
+    place.clear()
+    show_map(place, values, '', bar=False, **colours)
+    place.set_title(title, size='small')
+    place.set_anchor('N')       # aligns the titles of a row
 
 
 def panels_of(snapshot, course):
@@ -314,4 +307,5 @@ def _scales(course, brightest):
             for name, cmap, ends in (
         ('best', 'turbo', (lowest, highest)), ('error', 'magma', (0, ERROR_LIMIT)),
         ('possibility', 'viridis', (0, max(brightest, 0.05))),
-        ('origin', ListedColormap([*ORIGIN_COLOURS.values()]), (-0.5, len(ORIGIN_COLOURS) - 0.5)))}
+        ('origin', ListedColormap([*ORIGIN_COLOURS.values()]), (-0.5, len(ORIGIN_COLOURS) - 0.5)))
+        if name != 'error' or course.truth is not None}

@@ -52,8 +52,8 @@ class SurfaceScanlines:
         Choose the labels of least sum of all paths, of the rows `here`.
 
         pool: a ThreadPool; costs: uint16 (R, C, labels), of matches, the first `disparities` of
-        them count; small: P1 as a share of P2; parent, steepest: see `ParentSurface`; chosen: the
-        fields of `ChosenLabels`, written
+        them count; small: P1 as a share of P2; parent, steepest: see `ParentSurface`; chosen: see
+        `choose_labels`
         """
         small, jump = (np.rint(share * JUMP).astype(np.uint16) for share in (small, 1))
         rows = self._costs_shape[0]
@@ -123,7 +123,7 @@ class ScanlineStrips:
     """
     Memory for one image size, and the scanline optima of the last search.
 
-    labels, target: int16, margins: uint16, offsets: float32 (R, C), see ChosenLabels; strips:
+    labels, target: int16, margins: uint16, offsets: float32 (R, C), see `choose_labels`; strips:
     list of `Strip`; steps: uint8 (2, R, C), of grey to the left and upwards
     """
 

@@ -46,15 +46,6 @@ class Paths(NamedTuple):
     least: np.ndarray    # uint16 (2, 4, C), of each path's costs
 
 
-class ChosenLabels(NamedTuple):
-    """The labels of least sum, seen from both sides."""
-
-    labels: np.ndarray   # int16 (R, C)
-    offsets: np.ndarray  # float32 (R, C), of the minimum of two lines, stretched
-    margins: np.ndarray  # uint16 (R, C), how much worse the best label elsewhere is
-    target: np.ndarray   # int16 (R, C), labels of the target's pixels
-
-
 @called
 def _begin(costs, cell, labels, paths, place):
     """Write the costs of a path that begins at a pixel, those of its match; return the least."""
@@ -187,7 +178,9 @@ def choose_labels(sums, disparities, chosen, first):
     Choose the labels of least sum of some rows, seen from both sides.
 
     sums: uint16 (n, C, padded labels), of n rows from `first` on; those from `disparities` on are
-    overwritten; chosen: of ChosenLabels
+    overwritten; chosen, written, (R, C): labels, int16; offsets of the minimum of two lines,
+    float32, stretched; margins, uint16, how much worse the best label elsewhere is; int16, labels
+    of the target's pixels
     """
     labels, offsets, margins, target = chosen
     columns, padded = sums.shape[1:]
