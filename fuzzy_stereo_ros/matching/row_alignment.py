@@ -21,6 +21,7 @@ import numpy as np
 
 # px of significant offset from which rows are moved, and moved again
 LEAST_OFFSET, LEAST_CHANGE = 0.1, 0.05
+LEAST_DOUBT = 0.05  # px of standard deviation from which corners of the first pair are measured
 PERIOD, FIRST = 32, 8       # pairs between two measurements; first pairs that are all measured
 PAIRS = 16          # newest measured pairs that are used
 NEWEST = 3          # measured pairs that together show a knock
@@ -127,7 +128,7 @@ class RowAlignment:
         low = rows.low + 1 if confidence < LOWER * rows.usual else 0
         rows = rows._replace(low=low, usual=rows.usual + (
             MEMORY if rows.usual else 1) * (confidence - rows.usual))
-        if pair % PERIOD == 0 or pair < FIRST or pair < PERIOD and pair & (pair - 1) == 0:
+        if self._is_due(pair) and not (pair == 0 and self._is_sure(rows, shape)):
             found = corner_offsets(left, right, match.disparity, match.confidence, rows.undone)
             rows = self._stepped(rows.with_points(found, shape), shape)
             if len(found) >= FEWEST[0]:
@@ -138,6 +139,14 @@ class RowAlignment:
         if low % CONFIRMED == 0 and (low // CONFIRMED).bit_count() == 1:    # after 5, 10, 20 ...
             rows = rows._replace(search=pair + 1)
         return rows._replace(pair=pair + 1)
+
+    @staticmethod
+    def _is_due(pair):
+        return pair % PERIOD == 0 or pair < FIRST or pair < PERIOD and pair & (pair - 1) == 0
+
+    def _is_sure(self, rows, shape):
+        measured = self.measured(rows, shape)
+        return measured is not None and measured.spread.max() < LEAST_DOUBT
 
     def _searched(self, pool, rows, left, right):
         """Return the Rows with the offset of features, if block matching confirms it."""

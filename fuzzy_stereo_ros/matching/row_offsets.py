@@ -155,8 +155,12 @@ class Misalignment(NamedTuple):
     def deviation(self, terms):
         """Return by how much, px, the offset surely differs from terms (4,) at most, anywhere."""
         differences = np.abs(PLACES @ (self.terms - terms))
-        doubts = np.sqrt(PLACES**2 @ np.square(self.doubts))
-        return float(np.max(differences - CERTAIN * doubts))
+        return float(np.max(differences - CERTAIN * self.spread))
+
+    @property
+    def spread(self):
+        """Standard deviations of the offset at PLACES, px: float64 (9,)."""
+        return np.sqrt(PLACES**2 @ np.square(self.doubts))
 
     def of_the_right(self):
         """Return that of the right image against the left, of one found in the mirrored pair."""

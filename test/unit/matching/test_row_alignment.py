@@ -10,8 +10,9 @@ from fuzzy_stereo_ros.matching.kernels.possibility.row_alignment import (
     nearest_features, shift_rows)
 from fuzzy_stereo_ros.matching.match import Camera
 from fuzzy_stereo_ros.matching.plausibility import CONFIRMED
-from fuzzy_stereo_ros.matching.row_alignment import PERIOD, RowAlignment, Rows
-from fuzzy_stereo_ros.matching.row_offsets import terms_at
+from fuzzy_stereo_ros.matching.row_alignment import (
+    LEAST_DOUBT, PERIOD, RowAlignment, Rows)
+from fuzzy_stereo_ros.matching.row_offsets import feature_offsets, terms_at
 from fuzzy_stereo_ros.synthetic.scenes import make_pair
 from hypothesis import given, settings, strategies as st
 from made_scenes import LARGE, large_scene, wrong
@@ -126,6 +127,24 @@ def test_below_a_tenth_of_a_pixel_no_bit_changes(scene, tilt):
     np.testing.assert_array_equal(aligned.disparity, left_alone.disparity)
     np.testing.assert_array_equal(aligned.confidence, left_alone.confidence)
     assert not aligned.misalignment.undone
+
+
+@settings(max_examples=12)
+@given(st.integers(150, 300), st.integers(200, 400), st.integers(0, 99),
+       st.sampled_from([0, 6, 12]))
+def test_corners_of_the_first_pair_are_measured_where_its_features_leave_doubt(
+        rows, columns, seed, noise):
+    left, right, *_ = make_pair(rows, columns, 32, seed, noise=float(noise))
+    matcher = StereoMatcher(MatcherConfig(disparities=32, threads=1))
+    matcher.match(left, right)
+    features = Rows().with_points(feature_offsets(left, right, 0, 32), (rows, columns))
+    alone = features.measured((rows, columns))
+    assert len(matcher.rows.points) > len(features.points) or (
+        alone is not None and alone.spread.max() < LEAST_DOUBT)
+    if alone is not None and alone.spread.max() < LEAST_DOUBT:
+        np.testing.assert_array_equal(matcher.rows.points, features.points)
+    matcher.match(left, right)      # every other one of the first pairs is measured
+    assert matcher.rows.points[-1, 3] > 0 or alone is None
 
 
 def test_a_match_says_what_was_measured_and_whether_it_was_undone(scene):
