@@ -13,11 +13,9 @@ def membership(intensity, centre, sigma):
 
 
 def matching_possibility(first, second, sigma):
-    """Return Eq. 2 of two pixels."""
-    black = min(membership(first, 0, sigma), membership(second, 0, sigma))
-    average = min(membership(first, 127.5, sigma), membership(second, 127.5, sigma))
-    white = min(membership(first, 255, sigma), membership(second, 255, sigma))
-    return max(black, average, white)
+    """Return Eq. 2 of two pixels: by black, average and white."""
+    return max(min(membership(level, centre, sigma) for level in (first, second))
+               for centre in (0, 127.5, 255))
 
 
 def target_column(column, index, min_disparity, columns):
@@ -37,50 +35,33 @@ def possibility_volume(left, right, disparities, min_disparity, sigma):
     return volume
 
 
-def chosen_possibility(volume, chromosome):
-    """Return what the volume holds for the choices of a chromosome: (R, C)."""
-    return np.take_along_axis(volume, chromosome[..., np.newaxis].astype(np.int64), axis=2)[..., 0]
-
-
-def mirrored_around(values, width):
-    """Return an array (R, C) with its pixels mirrored about those of the border around it."""
-    for axis, size in enumerate(values.shape):
-        margin = [(0, 0), (0, 0)]
-        margin[axis] = width, width
-        values = np.pad(values, margin, 'reflect' if size > 1 else 'edge')
-    return values
+def windows(values, reach, **padding):
+    """Return the pixels of the square around each one, row by row, borders repeated: (R, C, n)."""
+    around = np.pad(values, reach, **(padding or {'mode': 'edge'}))
+    return np.lib.stride_tricks.sliding_window_view(
+        around, 2 * (2 * reach + 1,)).reshape(*values.shape, -1)
 
 
 def sobel_norm(grey):
     """Return the Sobel gradient norm, whole, with the image mirrored about its border pixels."""
-    around = mirrored_around(grey.astype(np.int64), 1)
-    norm = np.zeros(grey.shape, np.int64)
-    for row, column in np.ndindex(grey.shape):
-        window = around[row:row + 3, column:column + 3]
-        x, y = ((each * ((-1, 0, 1), (-2, 0, 2), (-1, 0, 1))).sum() for each in (window, window.T))
-        norm[row, column] = math.floor(math.hypot(x, y) + 0.5)
-    return norm
+    around, across = windows(grey.astype(np.int64), 1, mode='reflect'), np.outer(
+        (1, 2, 1), (-1, 0, 1))
+    norm = np.hypot(around @ across.ravel(), around @ across.T.ravel())
+    return np.floor(norm + 0.5).astype(np.int64)
 
 
 def fitness(volume, chromosome, left_norm, right_norm, min_disparity, neighbourhood):
     """Return Eq. 3 with the weight of Eq. 4, in the unit of the volume."""
-    return sum(row_fitness(
-        volume, chromosome, left_norm, right_norm, min_disparity, neighbourhood))
-
-
-def row_fitness(volume, chromosome, left_norm, right_norm, min_disparity, neighbourhood):
-    """Return the inner sums of Eq. 3 for each row: a list of R numbers."""
-    rows, columns = chromosome.shape
-    half = neighbourhood // 2
-    chosen = chosen_possibility(volume, chromosome)
-    sums = [0] * rows
-    for row, column in np.ndindex(rows, columns):
-        seen = target_column(column, int(chromosome[row, column]), min_disparity, columns)
+    half, total = neighbourhood // 2, 0
+    chosen = np.take_along_axis(volume, chromosome[..., np.newaxis].astype(np.int64), axis=2)
+    for row, column in np.ndindex(chromosome.shape):
+        seen = target_column(
+            column, int(chromosome[row, column]), min_disparity, chromosome.shape[1])
         if seen is not None:
             support = chosen[max(row - half, 0):row + half + 1,
                              max(column - half, 0):column + half + 1].sum().item()
-            sums[row] += left_norm[row, column].item() * right_norm[row, seen].item() * support
-    return sums
+            total += left_norm[row, column].item() * right_norm[row, seen].item() * support
+    return total
 
 
 # ---- random numbers ----
@@ -95,10 +76,14 @@ def mixed(key, counter):
     return bits ^ (bits >> 31)
 
 
-def random_genes(key, disparities, rows, columns):
-    """Return a random chromosome: uint16 (R, C)."""
-    genes = [(mixed(key, place) >> 32) * disparities >> 32 for place in range(rows * columns)]
-    return np.array(genes, np.uint16).reshape(rows, columns)
+def random_genes(key, disparities, share, chromosome):
+    """Return a chromosome of whose genes a share is drawn anew."""
+    genes = chromosome.copy()
+    for place in range(genes.size):
+        bits = mixed(key, place)
+        if bits & 0xFFFFFFFF < math.ceil(share * 2**32):
+            genes.flat[place] = (bits >> 32) * disparities >> 32
+    return genes
 
 
 # ---- the paper: mutation ----
@@ -106,12 +91,8 @@ def random_genes(key, disparities, rows, columns):
 
 def least_possible_cells(chosen, share):
     """Return how many of the `share` least possible cells have each possibility: 256 numbers."""
-    cells = [0.0] * 256
-    wanted = share * chosen.size
-    for value in sorted(chosen.ravel().tolist()):
-        cells[value] += min(wanted, 1.0)
-        wanted -= min(wanted, 1.0)
-    return cells
+    until = np.bincount(chosen.ravel(), minlength=256).cumsum()
+    return np.diff(np.minimum(until, share * chosen.size), prepend=0)
 
 
 def thrown_patches(key, patches, neighbourhood, disparities, chosen, level, share_of_ties,
@@ -128,10 +109,8 @@ def thrown_patches(key, patches, neighbourhood, disparities, chosen, level, shar
         value = chosen[row, column]
         if value > level or (value == level and (tie >> 11) / 2**53 >= share_of_ties):
             continue
-        for r in range(rows):
-            for c in range(columns):
-                if abs(r - row) <= half and abs(c - column) <= half:
-                    mutant[r, c] = (gene >> 32) * disparities >> 32
+        mutant[max(row - half, 0):row + half + 1, max(column - half, 0):column + half + 1] = (
+            (gene >> 32) * disparities >> 32)
     return mutant
 
 
@@ -139,22 +118,18 @@ def thrown_patches(key, patches, neighbourhood, disparities, chosen, level, shar
 
 
 AROUND = [(0, -1), (-1, -1), (-1, 0), (-1, 1), (0, 1), (1, 1), (1, 0), (1, -1)]
-SMOOTH = {0: 8, 1: 7}
 
 
 def cell_fitness(genes, chosen, weights):
     """Return possibility times smoothness of each cell: int64 (R, C)."""
     # genes, chosen: (R, C); weights: (8, R, C)
+    smooth = np.zeros(genes.shape, np.int64)
+    around = np.pad(genes.astype(np.int64), 1, constant_values=2**16)
     rows, columns = genes.shape
-    found = np.zeros((rows, columns), np.int64)
-    for row, column in np.ndindex(rows, columns):
-        smooth = 0
-        for weight, (down, right) in zip(weights[:, row, column], AROUND):
-            if 0 <= row + down < rows and 0 <= column + right < columns:
-                step = abs(int(genes[row, column]) - int(genes[row + down, column + right]))
-                smooth += int(weight) * SMOOTH.get(step, 0)
-        found[row, column] = int(chosen[row, column]) * smooth
-    return found
+    for weight, (down, right) in zip(weights.astype(int), AROUND):
+        step = abs(genes - around[1 + down:, 1 + right:][:rows, :columns])
+        smooth += weight * np.where(step == 0, 8, np.where(step == 1, 7, 0))
+    return chosen * smooth
 
 
 def chosen_of(planes, genes):

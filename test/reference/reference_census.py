@@ -11,6 +11,7 @@ from fractions import Fraction
 import math
 
 import numpy as np
+from reference import windows
 
 # ---- features ----
 
@@ -21,15 +22,11 @@ def luminance(image, shift, places, extra=0):
 
     extra: columns before column 0; int64 (R, extra + C).
     """
-    weights = (1,) if image.ndim == 2 else (1, 2, 1)
-    channels = image.reshape(*image.shape[:2], len(weights))
-    luminance = np.zeros((len(image), extra + image.shape[1]), np.int64)
-    for row, column in np.ndindex(luminance.shape):
-        source = min(max(column - extra - shift, 0), image.shape[1] - 1)
-        value = sum(weight * int(channels[row, source, channel])
-                    for channel, weight in enumerate(weights))
-        luminance[row, column] = min(math.floor(value * 2.0**places), 65535)
-    return luminance
+    columns = image.shape[1]
+    source = np.clip(np.arange(extra + columns) - extra - shift, 0, columns - 1)
+    channels = image.reshape(*image.shape[:2], -1)[:, source].astype(np.int64)
+    grey = channels @ ((1, 2, 1) if image.ndim == 3 else (1,))
+    return np.minimum(np.floor(grey * 2.0**places), 65535).astype(np.int64)
 
 
 def eight_bits(luminance):
@@ -39,12 +36,8 @@ def eight_bits(luminance):
 
 def smoothed(image, share=1):
     """Return an image moved by a share to its rounded binomial means of 3 x 3: int64 (R, C)."""
-    luminance = image
-    for axis in (0, 1):
-        around = np.pad(luminance, [(1, 1) if side == axis else (0, 0) for side in (0, 1)], 'edge')
-        luminance = sum(weight * np.take(around, range(first, first + luminance.shape[axis]), axis)
-                        for first, weight in enumerate((1, 2, 1)))
-    return np.clip(image + share * ((luminance + 8) // 16 - image), 0, 2**16 - 1)
+    means = (windows(image.astype(np.int64), 1) @ np.outer((1, 2, 1), (1, 2, 1)).ravel() + 8) // 16
+    return np.clip(image + share * (means - image), 0, 2**16 - 1)
 
 
 def steps(luminance):
@@ -87,32 +80,22 @@ def census(luminance, least_step=0):
 
     The nearest eight neighbours have the lowest bits; both kinds come row by row.
     """
-    around, limit = np.pad(luminance, 2, 'edge'), luminance - least_step
-    rows, columns = luminance.shape
-    codes = np.zeros(luminance.shape, np.int64)
-    near = [(down, right) for down in (1, 2, 3) for right in (1, 2, 3) if (down, right) != (2, 2)]
-    places = near + [place for place in np.ndindex(5, 5) if place not in [(2, 2), *near]]
-    for bit, (down, right) in enumerate(places):
-        codes += (around[down:down + rows, right:right + columns] < limit) * 2**bit
-    return codes
+    near = [6, 7, 8, 11, 13, 16, 17, 18]
+    places = near + [place for place in range(25) if place not in (12, *near)]
+    darker = windows(luminance, 2)[..., places] < (luminance - least_step)[..., np.newaxis]
+    return darker @ 2**np.arange(24)
 
 
 def denoised(luminance, tolerance):
     """Return the mean of 3 x 3 pixels, rounded down, where a pixel differs from it by little."""
-    around = np.pad(luminance, 1, 'edge').astype(np.int64)
-    rows, columns = luminance.shape
-    total = sum(around[down:down + rows, right:right + columns]
-                for down, right in np.ndindex(3, 3))
+    total = windows(luminance.astype(np.int64), 1).sum(axis=2)
     return np.where(abs(9 * luminance - total) > 9 * tolerance, luminance, total // 9)
 
 
 def gradient(grey):
     """Return half of the central difference along the row, 128 where it is 0 or unknown."""
     slopes = np.full(grey.shape, 128)
-    for row, column in np.ndindex(grey.shape):
-        if 0 < column < grey.shape[1] - 1:
-            step = int(grey[row, column + 1]) - int(grey[row, column - 1])
-            slopes[row, column] += math.floor(step / 2)
+    slopes[:, 1:-1] += (grey[:, 2:].astype(int) - grey[:, :-2]) // 2
     return slopes
 
 
@@ -125,13 +108,9 @@ def jump_table(model):
 
 def jump_penalties(grey, table):
     """Return what a jump to the left and to the upper neighbour costs, by the grey step."""
-    across, down = (np.full(grey.shape, int(table[0])) for _ in range(2))
-    for row, column in np.ndindex(grey.shape):
-        if column:
-            across[row, column] = table[abs(int(grey[row, column]) - int(grey[row, column - 1]))]
-        if row:
-            down[row, column] = table[abs(int(grey[row, column]) - int(grey[row - 1, column]))]
-    return across, down
+    grey = grey.astype(int)
+    return (table[abs(np.diff(grey, axis=1, prepend=grey[:, :1]))],
+            table[abs(np.diff(grey, axis=0, prepend=grey[:1]))])
 
 
 # ---- costs ----
@@ -160,12 +139,9 @@ def match_costs(features, target, labels, model):
 def prior_costs(prior_labels, weights, labels):
     """Return what a prior map adds to the costs: int64 (R, C, labels)."""
     # weights: 16 times the dead zone, and the cut. Labels are compared modulo 256.
-    volume = np.zeros((*weights.shape, labels), np.int64)
-    for row, column, label in np.ndindex(volume.shape):
-        dead_zone, cut = divmod(int(weights[row, column]), 16)
-        away = (label - int(prior_labels[row, column])) % 256
-        volume[row, column, label] = min(max(min(away, 256 - away) - dead_zone, 0), cut)
-    return volume
+    dead_zones, cuts = np.divmod(weights.astype(int)[..., np.newaxis], 16)
+    away = (np.arange(labels) - prior_labels[..., np.newaxis].astype(int)) % 256
+    return np.clip(np.minimum(away, 256 - away) - dead_zones, 0, cuts)
 
 
 def box_costs(volume, labels, places, side):
@@ -191,7 +167,7 @@ def box_costs(volume, labels, places, side):
 # ---- scanline passes ----
 
 
-def pass_along(costs, jumps, small, closed=None):
+def pass_along(costs, jumps, small, closed):
     """
     Return L(p, d) of paths along the second axis: int64 (lines, pixels, D), at most 255.
 
@@ -202,8 +178,7 @@ def pass_along(costs, jumps, small, closed=None):
     for place in range(1, costs.shape[1]):
         # how much dearer than the least each path is
         before = paths[:, place - 1] - paths[:, place - 1].min(axis=1, keepdims=True)
-        if closed is not None:
-            before[closed[:, place - 1] | closed[:, place]] = 255
+        before[closed[:, place - 1] | closed[:, place]] = 255
         beside = np.pad(before, ((0, 0), (1, 1)), constant_values=255)
         cheapest = np.minimum.reduce([
             before, np.broadcast_to(jumps[:, place, None], before.shape),
@@ -215,19 +190,15 @@ def pass_along(costs, jumps, small, closed=None):
 def summed_passes(costs, closed, across, down, small):
     """Return the sum of the passes right, left, down and up: int64 (R, C, D), at most 255."""
     # closed: bool (R, C, D), labels that a pixel does not have
-    costs = np.where(closed, 255, costs)
-    sums = pass_along(costs, across, small, closed)
-    after = np.pad(across, ((0, 0), (0, 1)))[:, 1:]
-    sums = sums + pass_along(
-        costs[:, ::-1], after[:, ::-1], small, closed[:, ::-1])[:, ::-1]
-    below = np.pad(down, ((0, 1), (0, 0)))[1:]
-    sums = sums + pass_along(
-        *(values.swapaxes(0, 1) for values in (costs, down)), small,
-        closed.swapaxes(0, 1)).swapaxes(0, 1)
-    sums = sums + pass_along(
-        *(values[::-1].swapaxes(0, 1) for values in (costs, below)), small,
-        closed[::-1].swapaxes(0, 1)).swapaxes(0, 1)[::-1]
-    return np.minimum(sums, 255)
+    costs, total = np.where(closed, 255, costs), 0
+    for axes, jumps in (((0, 1, 2), across), ((1, 0, 2), down)):
+        costs_along, closed_along = costs.transpose(axes), closed.transpose(axes)
+        jumps = jumps.transpose(axes[:2])
+        for step, between in ((1, jumps), (-1, np.roll(jumps, -1, axis=1))):
+            paths = pass_along(costs_along[:, ::step], between[:, ::step], small,
+                               closed_along[:, ::step])
+            total = total + paths[:, ::step].transpose(axes)
+    return np.minimum(total, 255)
 
 
 # ---- choice ----

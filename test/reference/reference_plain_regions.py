@@ -3,28 +3,24 @@
 """Plain twins of the evidence of plain regions: realtime/plain_regions.py and its kernels."""
 import cv2
 import numpy as np
+from reference import windows
 
 SMOOTH, SLOPE = np.array([1, 4, 6, 4, 1]), np.array([-1, -2, 0, 2, 1])
 LARGEST, ROWS, COLUMNS, COUNTED = 11, 8, 16, 4
 
 
-def around(values, reach):
-    """Return the values of all windows of 2 reach + 1 pixels in a square: (r, c, n, n)."""
-    return np.lib.stride_tricks.sliding_window_view(values.astype(np.int64), (2 * reach + 1,) * 2)
-
-
 def flatness(luminance, burnt):
     """Return the largest smoothed step of each pixel, 1/64 grey level; luminance: with margin."""
-    windows = around(luminance, 2)
-    across = np.einsum('rcij,i,j->rc', windows, SMOOTH, SLOPE)
-    down = np.einsum('rcij,i,j->rc', windows, SLOPE, SMOOTH)
-    steps = np.minimum(np.maximum(abs(across), abs(down)) >> 9, 65535)
+    around = windows(luminance.astype(np.int64), 2)[2:-2, 2:-2]
+    across, down = (abs(around @ np.outer(*kernels).ravel())
+                    for kernels in ((SMOOTH, SLOPE), (SLOPE, SMOOTH)))
+    steps = np.minimum(np.maximum(across, down) >> 9, 65535)
     return np.where(luminance[2:-2, 2:-2] >= burnt, 65535, steps)
 
 
 def plain_mask(steps, limit):
     """Return where all of 3 x 3 pixels have steps below a limit."""
-    return around(np.pad(steps, 1, 'edge'), 1).max((2, 3)) < limit
+    return windows(steps, 1).max(axis=2) < limit
 
 
 def regions(mask, least):

@@ -9,50 +9,37 @@ FULL = fuzzy_costs.FULL
 
 def census(fine, radius):
     """Return the codes, uint16 (R, 2, C), of fine grey with repeated borders."""
-    rows, columns = (size - 2 * radius for size in fine.shape)
-    codes = np.zeros((rows, 2, columns), np.uint16)
-    for row, column in np.ndindex(rows, columns):
-        bit = 0
-        for down, right in np.ndindex(2 * radius + 1, 2 * radius + 1):
-            if (down, right) == (radius, radius):
-                continue
-            darker = fine[row + down, column + right] < fine[row + radius, column + radius]
-            codes[row, bit // 16, column] |= np.uint16(int(darker) << bit % 16)
-            bit += 1
-    return codes
-
-
-def match_cost(here, there, weights):
-    """Return the cost of two pixels, each (codes, planes), both lists of whole numbers."""
-    distance = sum(bin(one ^ other).count('1') for one, other in zip(here[0], there[0]))
-    exponent = distance * weights[0]
-    one, other, channels = here[1], there[1], fuzzy_costs.CHANNELS
-    for channel in range(channels):
-        low, high = fuzzy_costs.LOW + channel, fuzzy_costs.HIGH + channel
-        forth = max(one[channel] - other[high], other[low] - one[channel], 0)
-        back = max(other[channel] - one[high], one[low] - other[channel], 0)
-        exponent += min(forth, back) * weights[1 if channel < channels - 1 else 2]
-    across, down = fuzzy_costs.GRADIENT, fuzzy_costs.GRADIENT + 1
-    exponent += weights[3] * (abs(one[across] - other[across]) + abs(one[down] - other[down]))
-    exponent = min(exponent, fuzzy_costs.UNIT * fuzzy_costs.SHARPNESS - 1)
-    possible = 65535 - exponent * fuzzy_costs.SHARPNESS
-    for _ in range(4):
-        possible = possible * possible >> 16
-    return FULL - (possible >> 7)
+    inner = fine[radius:-radius, radius:-radius]
+    around = np.lib.stride_tricks.sliding_window_view(fine, 2 * (2 * radius + 1,)).reshape(
+        *inner.shape, -1)
+    darker = np.delete(around < inner[..., np.newaxis], around.shape[2] // 2, axis=2)
+    codes = darker @ 2**np.arange(darker.shape[2])
+    return np.stack([codes & 65535, codes >> 16], axis=1).astype(np.uint16)
 
 
 def costs(codes, target_codes, planes, target_planes, weights, disparities, first_inside, labels):
     """Return the costs of all matches; the target's arrays are not mirrored here."""
-    rows, columns = codes.shape[0], codes.shape[2]
+    rows, columns, channels = codes.shape[0], codes.shape[2], fuzzy_costs.CHANNELS
+    column, label = np.mgrid[:columns, :disparities]
+    seen = np.maximum(column - label, np.clip(first_inside, 0, column))
+    one, other = planes[..., np.newaxis].astype(int), target_planes.astype(int)[..., seen]
+    differing = codes[..., np.newaxis] ^ target_codes[..., seen]
+    exponent = weights[0] * sum((differing >> bit & 1).sum(axis=1, dtype=int) for bit in range(16))
+    for channel in range(channels):
+        low, high = fuzzy_costs.LOW + channel, fuzzy_costs.HIGH + channel
+        forth, back = (np.maximum(a[:, channel] - b[:, high], b[:, low] - a[:, channel])
+                       for a, b in ((one, other), (other, one)))
+        exponent += np.minimum(forth, back).clip(0) * weights[1 + (channel == channels - 1)]
+    gradients = slice(fuzzy_costs.GRADIENT, fuzzy_costs.GRADIENT + 2)
+    exponent += weights[3] * abs(one[:, gradients] - other[:, gradients]).sum(axis=1)
+    exponent = np.minimum(exponent, fuzzy_costs.UNIT * fuzzy_costs.SHARPNESS - 1)
+    possible = 65535 - exponent * fuzzy_costs.SHARPNESS
+    for _ in range(4):
+        possible = possible * possible >> 16
     result = np.full((rows, columns, labels), FULL)
-    for row, column, label in np.ndindex(rows, columns, disparities):
-        inside = column - label >= first_inside
-        seen = max(column - label, min(first_inside, column), 0)
-        cost = match_cost(
-            (codes[row, :, column].tolist(), planes[row, :, column].tolist()),
-            (target_codes[row, :, seen].tolist(), target_planes[row, :, seen].tolist()),
-            weights)
-        result[row, column, label] = cost if inside else max(cost, FULL // 2)
+    cost = FULL - (possible >> 7)
+    result[..., :disparities] = np.where(
+        column - label >= first_inside, cost, np.maximum(cost, FULL // 2))
     return result
 
 
@@ -85,13 +72,13 @@ def arms(colours, longest, near, alike, much_alike, surface, level):
 
 def mean_over_arms(costs, arms, axis):
     """Return the means of costs, (R, C, labels), over the row arms (axis 1) or column arms (0)."""
+    if axis == 0:
+        return mean_over_arms(costs.swapaxes(0, 1), arms.swapaxes(0, 1)[..., 2:], 1).swapaxes(0, 1)
     result = np.zeros_like(costs)
     for row, column in np.ndindex(costs.shape[:2]):
-        before, after = arms[row, column, :2] if axis == 1 else arms[row, column, 2:]
-        cells = costs[row, column - before:column + after + 1] if axis == 1 else \
-            costs[row - before:row + after + 1, column]
-        number = len(cells)
-        total = cells.astype(int).sum(axis=0)
+        before, after = arms[row, column, :2]
+        cells = costs[row, column - before:column + after + 1].astype(int)
+        number, total = len(cells), cells.sum(axis=0)
         result[row, column] = total if number == 1 else \
             (total + number // 2) * (65536 // number) >> 16
     return result
@@ -100,27 +87,23 @@ def mean_over_arms(costs, arms, axis):
 def summed_paths(costs, parent, steepest, steps, small, jump, upwards):
     """Return the sums of the four paths of the way down, or of the way up."""
     rows, columns, labels = costs.shape
-    sums = np.zeros(costs.shape, int)
+    sums, sign = np.zeros(costs.shape, int), -1 if upwards else 1
     for plane, (down, right) in enumerate(((0, 1), (1, 1), (1, 0), (1, -1))):
-        if upwards:
-            down, right = -down, -right
-        path = np.zeros(costs.shape, int)
-        for row in range(rows)[::-1 if upwards else 1]:
-            for column in range(columns)[::-1 if upwards else 1] if plane == 0 else range(columns):
-                y, x = row - down, column - right
-                path[row, column] = costs[row, column]
-                if not (0 <= y < rows and 0 <= x < columns):
-                    continue
-                step = steps[plane, y, x] if upwards else steps[plane, row, column]
-                shift = int(parent[row, column]) - int(parent[y, x])
-                shift = 0 if abs(shift) > steepest else shift
-                before, least = path[y, x], path[y, x].min()
-                for label in range(labels):
-                    options = [least + int(jump[step])]
-                    for beside, price in ((0, 0), (-1, int(small[step])), (1, int(small[step]))):
-                        if 0 <= label - shift + beside < labels:
-                            options.append(before[label - shift + beside] + price)
-                    path[row, column, label] += min(options) - least
+        path = costs.astype(int)
+        for row, column in list(np.ndindex(rows, columns))[::sign]:
+            y, x = row - sign * down, column - sign * right
+            if not (0 <= y < rows and 0 <= x < columns):
+                continue
+            step = steps[plane, y, x] if upwards else steps[plane, row, column]
+            shift = int(parent[row, column]) - int(parent[y, x])
+            shift = 0 if abs(shift) > steepest else shift
+            before, least = path[y, x], path[y, x].min()
+            options = np.full((4, labels), least + int(jump[step]))
+            for beside, price in ((0, 0), (-1, int(small[step])), (1, int(small[step]))):
+                near = np.arange(labels) - shift + beside
+                there = (near >= 0) & (near < labels)
+                options[beside, there] = before[near[there]] + price
+            path[row, column] += options.min(axis=0) - least
         sums += path
     return sums
 
@@ -129,13 +112,11 @@ def chosen_labels(sums, disparities):
     """Return labels, offsets, margins and the target's labels."""
     rows, columns = sums.shape[:2]
     labels, target, margins = (np.zeros((rows, columns), int) for _ in range(3))
-    offsets = np.zeros((rows, columns), np.float32)
-    best = np.full((rows, columns), 65535)
+    offsets, best = np.zeros((rows, columns), np.float32), np.full((rows, columns), 65535)
     for row, column in np.ndindex(rows, columns):
         cell = sums[row, column, :disparities]
         label = labels[row, column] = cell.argmin()
-        others = np.delete(cell, [near for near in (label - 1, label, label + 1)
-                                  if 0 <= near < disparities])
+        others = cell[abs(np.arange(disparities) - label) > 1]
         margins[row, column] = min([*others, 65535]) - cell[label]
         if 0 < label < disparities - 1:
             rise = max(cell[label - 1], cell[label + 1]) - cell[label]
@@ -154,19 +135,14 @@ def weighted_median(disparities, selected, colours, radius, by_colour, by_distan
     rows, columns = disparities.shape
     result, signed = disparities.copy(), colours.astype(int)
     for row, column in np.argwhere(selected):
-        weights = {}
-        for y in range(max(row - radius, 0), min(row + radius + 1, rows)):
-            for x in range(max(column - radius, 0), min(column + radius + 1, columns)):
-                place = int(disparities[y, x] * bins + 0.5)
-                weights[place] = weights.get(place, 0) + (
-                    by_colour[abs(signed[y, x] - signed[row, column]).sum()]
-                    * by_distance[y - row + radius] * by_distance[x - column + radius])
-        share, half = 0, sum(weights.values()) / 2
-        for place in sorted(weights):
-            share += weights[place]
-            if share >= half:
-                result[row, column] = place / bins
-                break
+        y, x = np.mgrid[max(row - radius, 0):min(row + radius + 1, rows),
+                        max(column - radius, 0):min(column + radius + 1, columns)]
+        weights = by_colour[abs(signed[y, x] - signed[row, column]).sum(axis=2)] * by_distance[
+            y - row + radius] * by_distance[x - column + radius]
+        places, order = np.unique(
+            (disparities[y, x] * bins + 0.5).astype(int), return_inverse=True)
+        shares = np.bincount(order.ravel(), weights.ravel()).cumsum()
+        result[row, column] = places[np.searchsorted(shares, shares[-1] / 2)] / bins
     return result
 
 
@@ -175,18 +151,15 @@ def local_planes(disparities, colours, radius, by_colour, limit, growth):
     rows, columns = disparities.shape
     result, signed = np.zeros(disparities.shape), colours.astype(int)
     for row, column in np.ndindex(rows, columns):
-        normal, right_side = np.diag([0.0, 1.0, 1.0]), np.zeros(3)
-        for y in range(max(row - radius, 0), min(row + radius + 1, rows)):
-            for x in range(max(column - radius, 0), min(column + radius + 1, columns)):
-                away = max(abs(y - row), abs(x - column))
-                difference = float(disparities[y, x] - disparities[row, column])
-                if abs(difference) > limit * (1 + growth * away):
-                    continue
-                weight = by_colour[abs(signed[y, x] - signed[row, column]).sum()]
-                place = np.array([1, x - column, y - row])
-                normal += weight * np.outer(place, place)
-                right_side += weight * difference * place
-        offset = np.linalg.solve(normal, right_side)[0]
+        y, x = np.mgrid[max(row - radius, 0):min(row + radius + 1, rows),
+                        max(column - radius, 0):min(column + radius + 1, columns)]
+        away = np.maximum(abs(y - row), abs(x - column))
+        difference = disparities[y, x] - disparities[row, column]
+        weights = (abs(difference) <= limit * (1 + growth * away)) * by_colour[
+            abs(signed[y, x] - signed[row, column]).sum(axis=2)].astype(float)
+        places = np.stack([np.ones(y.shape), x - column, y - row])
+        normal = np.diag([0.0, 1.0, 1.0]) + np.einsum('iyx,jyx,yx', places, places, weights)
+        offset = np.linalg.solve(normal, (places * weights * difference).sum(axis=(1, 2)))[0]
         result[row, column] = disparities[row, column] + np.clip(offset, -1, 1)
     return result
 

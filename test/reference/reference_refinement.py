@@ -1,10 +1,9 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Plain twins of the way from chosen labels to disparities: validities, fills, medians, output."""
-import math
-
 import numpy as np
-from reference import mirrored_around
+from reference import windows
+from reference_search import doubled
 
 CONSISTENT, OUTSIDE, INVALID, VOTED = 0, 1, 2, 6
 
@@ -14,16 +13,11 @@ CONSISTENT, OUTSIDE, INVALID, VOTED = 0, 1, 2, 6
 def validities(labels, target, inside):
     """Return whether the target, known modulo 256, chose what points back, within one pixel."""
     # inside: its first and last column that exist; any extra columns come before column 0.
-    extra = target.shape[1] - labels.shape[1]
-    validity = np.zeros(labels.shape, np.uint8)
-    for row, column in np.ndindex(labels.shape):
-        pointed = column - int(labels[row, column])
-        if not inside[0] <= pointed <= inside[1]:
-            validity[row, column] = OUTSIDE
-        else:
-            away = (int(labels[row, column]) - int(target[row, extra + pointed])) % 256
-            validity[row, column] = CONSISTENT if away in (255, 0, 1) else INVALID
-    return validity
+    extra, labels = target.shape[1] - labels.shape[1], labels.astype(int)
+    pointed = np.arange(labels.shape[1]) - labels
+    there = np.take_along_axis(target, np.clip(extra + pointed, 0, target.shape[1] - 1), axis=1)
+    validity = np.where((labels - there + 1) % 256 <= 2, CONSISTENT, INVALID)
+    return np.where((inside[0] <= pointed) & (pointed <= inside[1]), validity, OUTSIDE)
 
 
 def components(inside, joined):
@@ -84,24 +78,16 @@ def filled_by_rows(labels, validity):
 
 def membership_median(labels, grey, reach):
     """Return the (upper) median of the neighbours in 7 x 7 of like grey, only at jumps."""
-    around, grey_around = np.pad(labels, 3, 'edge'), np.pad(grey.astype(np.int64), 3, 'edge')
-    median = labels.copy()
-    for row, column in np.ndindex(labels.shape):
-        window = np.s_[row:row + 7, column:column + 7]
-        if int(around[window].max()) - int(around[window].min()) > 1:
-            alike = abs(grey_around[window] - int(grey[row, column])) <= reach
-            members = sorted(around[window][alike].tolist())
-            median[row, column] = members[len(members) // 2]
-    return median
+    around, grey = windows(labels.astype(int), 3), grey.astype(int)
+    alike = abs(windows(grey, 3) - grey[..., np.newaxis]) <= reach
+    members = np.sort(np.where(alike, around, 2**16), axis=2)
+    median = np.take_along_axis(members, alike.sum(axis=2, keepdims=True) // 2, axis=2)[..., 0]
+    return np.where(np.ptp(around, axis=2) > 1, median, labels)
 
 
 def median_of_25(labels):
     """Return the median of 5 x 5 pixels, borders repeated."""
-    around = np.pad(labels, 2, 'edge')
-    median = labels.copy()
-    for row, column in np.ndindex(labels.shape):
-        median[row, column] = sorted(around[row:row + 5, column:column + 5].ravel())[12]
-    return median
+    return np.sort(windows(labels, 2), axis=2)[..., 12]
 
 
 # ---- what the user gets ----
@@ -114,62 +100,37 @@ def fine_disparities(final, labels, offsets, validity):
     The final label, moved by the mean of what the pixels of 5 x 5 found, of those not rejected and
     within one pixel of it.
     """
-    fine, agreeing = (np.zeros(final.shape, np.int64) for _ in range(2))
-    rows, columns = final.shape
-    for row, column in np.ndindex(final.shape):
-        here, moves = 16 * int(final[row, column]), []
-        for near_row in range(max(row - 2, 0), min(row + 3, rows)):
-            for near in range(max(column - 2, 0), min(column + 3, columns)):
-                found = 16 * int(labels[near_row, near]) + int(offsets[near_row, near])
-                if validity[near_row, near] != INVALID and abs(found - here) <= 16:
-                    moves.append(found - here)
-        fine[row, column] = here + (
-            math.floor(sum(moves) / len(moves) + 0.5) if moves else 0)
-        agreeing[row, column] = len(moves)
-    return fine, agreeing
+    here = 16 * final.astype(int)
+    moves = windows(16 * labels.astype(int) + offsets, 2) - here[..., np.newaxis]
+    known = windows(validity, 2, constant_values=INVALID) != INVALID
+    counted = known & (abs(moves) <= 16)
+    agreeing = counted.sum(axis=2)
+    mean = (moves * counted).sum(axis=2) / np.maximum(agreeing, 1)
+    return here + np.floor(mean + 0.5).astype(int), agreeing
 
 
 def margins_of_half(half):
     """Return what the margin of the half-size search allows: (R, C), 255 where voted."""
-    margins = np.zeros(half.prior.weights.shape, int)
-    rows, columns = half.chosen.margins.shape
-    for row, column in np.ndindex(margins.shape):
-        place = min(row // 2, rows - 1), min(column // 2, columns - 1)
-        voted = half.prior.weights[row, column] == VOTED
-        margins[row, column] = 255 if voted else min(
-            3 * max(int(half.chosen.margins[place]) - 14, 0), 255)
-    return margins
+    margins = doubled(half.chosen.margins.astype(int), half.prior.weights.shape)
+    return np.where(half.prior.weights == VOTED, 255, np.clip(3 * (margins - 14), 0, 255))
 
 
 def certainty(sums, margins, validity):
     """Return how sure labels are, 0 to 1: half at a margin of 24, less the more they cost."""
-    certain = np.zeros(sums.shape)
-    for place in np.ndindex(sums.shape):
-        if validity[place] == CONSISTENT:
-            margin = int(margins[place])
-            certain[place] = margin / (margin + 24) * (1 - int(sums[place]) / 256)
-    return certain
+    return np.where(validity == CONSISTENT, margins / (margins + 24) * (1 - sums / 256), 0)
 
 
-def confidence(certain, agreeing, validity, side=9):
+def confidence(certain, agreeing, validity):
     """
     Return the mean certainty of a square times the share of 25 pixels that agree: float (R, C).
 
     It is mirrored at the border; one pixel agrees at the least; 0 where not consistent.
     """
-    around = mirrored_around(certain, side // 2)
-    sure = np.zeros(certain.shape)
-    for row, column in zip(*np.nonzero(validity == CONSISTENT)):
-        share = max(int(agreeing[row, column]), 1) / 25
-        sure[row, column] = share * around[row:row + side, column:column + side].mean()
-    return sure
+    mean = windows(certain, 4, mode='reflect').mean(axis=2)
+    return np.where(validity == CONSISTENT, np.maximum(agreeing, 1) / 25 * mean, 0)
 
 
 def disparities_of(fine, validity, sure, min_disparity, disparities, fill, threshold):
     """Return pixels inside the range searched, NaN where rejected, outside or not sure enough."""
-    found = np.full(fine.shape, np.nan)
-    for place in np.ndindex(fine.shape):
-        if fill or (validity[place] == CONSISTENT and sure[place] >= threshold):
-            found[place] = min(max(fine[place] / 16 + min_disparity, min_disparity),
-                               min_disparity + disparities - 1)
-    return found
+    found = np.clip(fine / 16, 0, disparities - 1) + min_disparity
+    return np.where(fill | (validity == CONSISTENT) & (sure >= threshold), found, np.nan)

@@ -57,14 +57,10 @@ def points(numbers, region, most, disparities, trusted):
 def mutant(numbers, planes, disparities, inside, parent):
     """Return the parent with the labels of planes where they are farther than one."""
     child = parent.copy()
-    for y, x in np.ndindex(parent.shape):
-        if y // 2 >= numbers.shape[0] or x // 2 >= numbers.shape[1] or numbers[y // 2, x // 2] < 0:
-            continue
-        plane = planes[numbers[y // 2, x // 2]]
-        if np.isnan(plane[0]):
-            continue
-        label_ = int(np.floor(plane @ ((x - 1) / 2, (y - 1) / 2, 1) + 0.5))
-        if (0 <= label_ < disparities and inside[0] <= x - label_ <= inside[1]
-                and abs(label_ - int(parent[y, x])) > 1):
-            child[y, x] = label_
+    for y, x in np.argwhere(numbers.repeat(2, 0).repeat(2, 1) >= 0):
+        a, b, c = planes[numbers[y // 2, x // 2]]
+        label = np.floor(a * (x - 1) / 2 + b * (y - 1) / 2 + c + 0.5)
+        if (0 <= label < disparities and inside[0] <= x - label <= inside[1]
+                and abs(label - int(parent[y, x])) > 1):
+            child[y, x] = label
     return child

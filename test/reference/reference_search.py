@@ -1,8 +1,9 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Plain twins of what guides the search and of how its chromosomes are measured."""
+from fuzzy_stereo_ros.matching.kernels.units import INVALID
 import numpy as np
-from reference_refinement import INVALID
+from reference import windows
 
 # ---- what the half map says ----
 
@@ -10,23 +11,15 @@ from reference_refinement import INVALID
 def weak_texture(grey, limit):
     """Return where the steps between 3 x 2 pairs of pixels along the row sum to < limit."""
     rows, columns = grey.shape[0] // 2, grey.shape[1] // 2
-    steps = np.zeros((rows, columns), np.int64)
-    for row, column in np.ndindex(steps.shape):
-        source = min(column, columns - 2)
-        if source >= 0:
-            first, second, third = (int(grey[2 * row, 2 * source + k]) for k in range(3))
-            steps[row, column] = abs(second - first) + abs(third - second)
-    around = np.pad(steps, 1, 'edge')
-    return sum(around[down:down + rows, right:right + columns]
-               for down, right in np.ndindex(3, 3)) < limit
+    source = 2 * np.minimum(np.arange(columns), columns - 2)
+    first, second, third = (grey[:2 * rows:2, source + k].astype(int) for k in range(3))
+    steps = (abs(second - first) + abs(third - second)) * (columns > 1)
+    return windows(steps, 1).sum(axis=2) < limit
 
 
 def flat(labels, most):
     """Return where 3 x 3 labels span at most `most`."""
-    around = np.pad(labels.astype(np.int64), 1, 'edge')
-    rows, columns = labels.shape
-    near = [around[down:down + rows, right:right + columns] for down, right in np.ndindex(3, 3)]
-    return np.max(near, axis=0) - np.min(near, axis=0) <= most
+    return np.ptp(windows(labels.astype(int), 1), axis=2) <= most
 
 
 def doubled(half, shape):

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Small pairs, and what the kernels and the twins see of them."""
 from fuzzy_stereo_ros.matching.kernels.possibility.features import MARGIN, SLACK
+from fuzzy_stereo_ros.matching.kernels.scanlines.tile_genes import SIDE
 from fuzzy_stereo_ros.matching.over_frames.pictures import luminance_shift
 from fuzzy_stereo_ros.matching.realtime.possibility import (
     CensusPicture, CensusPossibility, extra_columns, FULL_SIZE)
@@ -48,18 +49,16 @@ def read_moved(view, right, min_disparity, places):
     view.spread(narrow, -min_disparity, 0, view.rows)
 
 
-def twin_features(left, right, min_disparity=0, extra=0):
-    """Return ((census, slopes) of the left image, those of the moved right one)."""
+def twin_costs(left, right, labels, min_disparity=0, model=FULL_SIZE):
+    """Return the cost of each label of a pair as tiles have it, without priors: (R, C, labels)."""
     places = luminance_shift(left, right)
-    fine = [twins.luminance(left, 0, places),
-            twins.luminance(right, min_disparity, places, extra)]
-    return [(twins.census(view), twins.gradient(twins.eight_bits(view))) for view in fine]
-
-
-def twin_costs(left, right, labels, min_disparity=0, model=FULL_SIZE, more=0):
-    """Return the cost of each label, and of more, of a pair, without priors: (R, C, labels)."""
-    features = twin_features(left, right, min_disparity, extra_columns(min_disparity, labels))
-    return twins.match_costs(*features, labels + more, model)
+    fine = (twins.luminance(left, 0, places), twins.luminance(
+        right, min_disparity, places, extra_columns(min_disparity, labels)))
+    features = [(twins.census(view), twins.gradient(twins.eight_bits(view))) for view in fine]
+    if not model.box:
+        return twins.match_costs(*features, labels, model)
+    return twins.box_costs(
+        twins.match_costs(*features, labels + SIDE, model), labels, model.box, SIDE)
 
 
 def padded(luminance):

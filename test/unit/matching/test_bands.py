@@ -1,7 +1,6 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Bands of rows, and the pool that works on them."""
-from functools import partial
 from itertools import count
 import os
 import subprocess
@@ -20,32 +19,20 @@ from repository import ROOT
 PATIENCE = 300      # s
 
 
-@pytest.mark.parametrize('cut', [
-    cut_bands, *(partial(cut_parts, threads=threads) for threads in (1, 3, 16))])
-@settings(max_examples=40)
-@given(rows=st.integers(1, 5000), height=st.integers(1, 300))
-def test_bands_cover_each_row_once_and_in_order_and_end_with_a_row_of_tiles(cut, rows, height):
-    bands = cut(rows, height=height)
-    assert [index for index, _, _ in bands] == list(range(len(bands)))
-    assert [row for _, first, last in bands for row in range(first, last)] == list(range(rows))
-    assert all(last % height == 0 or last == rows for _, _, last in bands)
-    if cut is not cut_bands:
-        assert all(first < last for _, first, last in bands)
-        assert len(bands) <= min(2 * cut.keywords['threads'], MOST_PARTS)
-
-
-@given(st.integers(0, 59), st.integers(1, 9), st.integers(0, 4), st.integers(1, 60))
-def test_a_widened_band_is_so_many_rows_higher_on_both_sides_inside(first, height, reach, rows):
-    band = 0, first, min(first + height, rows)
-    assert widened(band, reach, rows) == (max(first - reach, 0), min(band[2] + reach, rows))
-
-
-@given(st.integers(1, 5000), st.integers(1, 200), st.sampled_from([1, 32, 64]),
-       st.integers(1, 2))
-def test_no_part_is_empty_and_there_are_at_most_so_many(rows, threads, height, each):
+@given(st.integers(1, 5000), st.integers(1, 300), st.integers(1, 200), st.integers(1, 2),
+       st.integers(0, 4))
+def test_bands_cover_each_row_once_and_in_order_and_end_with_a_row_of_tiles(
+        rows, height, threads, each, reach):
     parts = cut_parts(rows, threads, height, each)
     assert len(parts) <= min(each * threads, MOST_PARTS)
     assert all(first < last for _, first, last in parts)
+    for cut in (cut_bands(rows, height=height), parts):
+        assert [index for index, _, _ in cut] == list(range(len(cut)))
+        assert [row for _, first, last in cut for row in range(first, last)] == list(range(rows))
+        assert all(last % height == 0 or last == rows for _, _, last in cut)
+        for band in cut:
+            assert widened(band, reach, rows) == (
+                max(band[1] - reach, 0), min(band[2] + reach, rows))
 
 
 @pytest.mark.parametrize('rows, threads, each, count', [
@@ -57,83 +44,58 @@ def test_several_threads_have_so_many_parts_each_and_one_where_images_are_small(
     assert len(parts) == count == len(ThreadPool(threads).parts(rows, each=each))
 
 
-def processors_of_helpers(pool):
-    return [os.sched_getaffinity(helper.native_id) for helper in pool._helpers]
-
-
-@pytest.mark.skipif(not hasattr(os, 'sched_getaffinity') or len(os.sched_getaffinity(0)) < 2,
-                    reason='needs Linux and two processors')
-def test_helpers_run_on_other_processors_than_the_calling_thread(monkeypatch):
-    pool, allowed = ThreadPool(3), os.sched_getaffinity(0)
-    for processor in sorted(allowed)[:2]:
-        monkeypatch.setattr('fuzzy_stereo_ros.matching.bands._current_processor',
-                            lambda: processor)      # noqa: B023
-        pool.each(lambda item: None, range(3))
-        assert processors_of_helpers(pool) == 2 * [allowed - {processor}]
-        assert os.sched_getaffinity(0) == allowed
-    pool.close()
-
-
 @pytest.mark.skipif(not hasattr(os, 'sched_getaffinity'), reason='needs Linux')
-def test_helpers_share_the_only_processor_that_is_allowed():
-    pool, allowed, done = ThreadPool(2), os.sched_getaffinity(0), []
-    pool.each(done.append, range(3))
+def test_helpers_keep_off_the_processor_of_the_calling_thread_unless_it_is_the_only_one(
+        monkeypatch):
+    pool, allowed, done = ThreadPool(3), os.sched_getaffinity(0), []
+
+    def processors():
+        pool.each(done.append, range(3))
+        return [os.sched_getaffinity(helper.native_id) for helper in pool._helpers]
+
+    for processor in sorted(allowed)[:2]:
+        monkeypatch.setattr(bands, '_current_processor', lambda: processor)      # noqa: B023
+        assert processors() == 2 * [allowed - {processor} or allowed]
+        assert os.sched_getaffinity(0) == allowed
+    monkeypatch.undo()
     try:
         os.sched_setaffinity(0, {min(allowed)})     # while the pool works
-        pool.each(done.append, range(3))
-        assert processors_of_helpers(pool) == [{min(allowed)}]
+        assert processors() == 2 * [{min(allowed)}]
         assert ThreadPool(0).threads == 1
     finally:
         os.sched_setaffinity(0, allowed)
     assert ThreadPool(0).threads == len(allowed)
-    pool.each(done.append, range(3))
-    assert processors_of_helpers(pool)[0] <= allowed
-    assert sorted(done) == [0, 0, 0, 1, 1, 1, 2, 2, 2]
+    assert all(used <= allowed for used in processors())
+    assert done.count(0) == done.count(1) == done.count(2) > 2
     pool.close()
 
 
-def times_of_frames(frames, times, noise=0.0, places=None):
-    """
-    Return the time of each frame, without noise, as a multiple of the better place's.
-
-    times: {apart: of a frame}; noise: deviation of the share
-    """
-    places, random, taken = places or HelperAffinity(), np.random.default_rng(1), []
-    for _ in range(frames):
-        taken.append(times[places.apart] / min(times.values()))
-        places.add(times[places.apart] * (1 + noise * random.standard_normal()))
-    return np.array(taken)
-
-
 def test_helpers_change_over_within_frames_when_other_programs_begin_and_end():
-    places = HelperAffinity()
-    idle, busy = {True: 12, False: 15}, {True: 26, False: 20}
-    times_of_frames(100, idle, 0.1, places)
-    for times in (busy, idle, busy):
-        times_of_frames(100, times, 0.1, places)
-        assert np.median(times_of_frames(300, times, 0.1, places)) == 1
+    places, random = HelperAffinity(), np.random.default_rng(1)
+    idle, busy = {True: 12, False: 15}, {True: 26, False: 20}      # time of a frame if apart
+    for times in (idle, busy, idle, busy):
+        taken = []
+        for _ in range(400):
+            taken.append(times[places.apart])
+            places.add(times[places.apart] * (1 + 0.1 * random.standard_normal()))
+        assert np.median(taken[100:]) == min(times.values())
 
 
 def test_a_pool_measures_each_frame_once_a_thread_helps(monkeypatch):
-    pool, added = ThreadPool(2), []
-    monkeypatch.setattr(pool.places, 'add', added.append)
+    pool, alone, added = ThreadPool(2), ThreadPool(1), []
+    for one in (pool, alone):
+        monkeypatch.setattr(one.places, 'add', added.append)
     pool.each(lambda item: None, range(3))      # before the first frame
     shared = [pool.shared]
     for calls in (2, 0, 1):
-        pool.begin_frame()
-        for _ in range(calls):
-            pool.each(lambda item: None, range(3))
+        for one in (pool, alone):
+            one.begin_frame()
+            for _ in range(calls):
+                one.each(lambda item: None, range(3))
         shared.append(pool.shared)
     pool.begin_frame()
     assert added == list(np.diff(shared)) and added[0] > added[1] == 0
     pool.close()
-    alone = ThreadPool(1)
-    monkeypatch.setattr(alone.places, 'add', added.append)
-    for _ in range(2):
-        alone.begin_frame()
-        alone.each(lambda item: None, range(3))
-    assert len(added) == 3
-    alone.close()
 
 
 def test_nobody_waits_for_a_helper_that_does_other_work():
@@ -148,7 +110,7 @@ def test_nobody_waits_for_a_helper_that_does_other_work():
 
 
 @pytest.mark.parametrize('threads', [1, 2, 5])
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(st.lists(st.floats(0, 1), max_size=60))
 def test_an_item_begins_once_the_items_it_needs_are_done(threads, shares):
     needs = [round(share * index) for index, share in enumerate(shares)]
@@ -261,9 +223,11 @@ from fuzzy_stereo_ros.matching.realtime import matcher as realtime
 from fuzzy_stereo_ros.synthetic.scenes import make_pair
 from made_scenes import bits
 
+
 def interrupt(*_):
     if armed:
         raise KeyboardInterrupt
+
 
 def load(*arguments, load=KernelCache.load_overload):
     assert threading.current_thread() is not threading.main_thread()

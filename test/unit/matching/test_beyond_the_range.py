@@ -13,18 +13,12 @@ from hypothesis import given, settings, strategies as st
 import numpy as np
 import pytest
 
-RANGE, CUT = 48, 36      # disparities of a scene, and three quarters of them
-TOP = 35.0               # px, the last of the cut range
+CUT, TOP = 36, 35.0      # disparities, three quarters of a scene's, and the last of them
 
 
 @pytest.fixture(scope='module')
 def known():
-    return make_pair(120, 200, RANGE, 4, objects=6, noise=1.5)
-
-
-def with_range(known, profile='realtime', **changes):
-    config = MatcherConfig.from_profile(profile, **{'disparities': CUT, **changes})
-    return StereoMatcher(config).match(known.left, known.right)
+    return make_pair(120, 200, 48, 4, objects=6, noise=1.5)
 
 
 def rejected(disparity, min_disparity=0, disparities=CUT):
@@ -37,23 +31,30 @@ def rejected(disparity, min_disparity=0, disparities=CUT):
 
 
 @pytest.mark.parametrize('profile', ['realtime', 'quality'])
-def test_what_is_nearer_than_the_range_is_no_surface(known, profile):
-    match, nearer = with_range(known, profile), known.truth > TOP + 0.5
+def test_what_is_nearer_than_the_range_is_no_surface_and_not_filled_where_it_was_found(
+        known, profile):
+    nearer = known.truth > TOP + 0.5
+    match, filled = (StereoMatcher(profile, disparities=CUT, fill=fill).match(*known[:2])
+                     for fill in (False, True))
     assert nearer.mean() > 0.05
     assert (match.confidence[nearer] >= 0.5).mean() <= 0.05
     assert (match.confidence[nearer] >= 0.8).mean() <= 0.02
     assert np.nanmax(match.disparity) <= TOP
     assert match.beyond == pytest.approx(nearer.mean(), abs=0.05)
     assert match.needed_disparities > CUT
+    assert profile == 'quality' or np.isnan(filled.disparity[nearer]).mean() > 0.8
+    assert not filled.confidence[np.isnan(filled.disparity)].any()
 
 
-def test_what_is_nearer_is_not_filled_where_it_was_found(known):
-    match = with_range(known, fill=True)
-    assert np.isnan(match.disparity[known.truth > TOP + 0.5]).mean() > 0.8
-    assert not match.confidence[np.isnan(match.disparity)].any()
+@given(st.integers(1, 4096), st.integers(1, 9999))
+def test_the_margin_ends_where_the_image_and_what_can_be_searched_do(disparities, columns):
+    config = MatcherConfig(disparities=disparities)
+    most = max(min(columns, 4096), disparities)
+    assert searched(config, columns).disparities == min(disparities + EXTRA_LABELS, most)
+    assert searched(replace(config, algorithm='paper'), columns).disparities == disparities
 
 
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=50)
 @given(st.lists(st.sampled_from([0.0, 34.9, 35.0, 35.4, 35.5, 35.6, 36.4, 43.0, 46.0, np.nan]),
                 min_size=1, max_size=40), st.sampled_from([0, -20, 7]))
 def test_more_than_half_a_pixel_beyond_the_range_is_rejected(values, lowest):
@@ -78,7 +79,7 @@ def test_the_range_that_would_do_holds_what_was_found_or_is_a_third_larger(
 
 
 def test_the_finding_says_how_much_lies_beyond_and_what_to_search(known):
-    config = MatcherConfig(disparities=RANGE)
+    config = MatcherConfig(disparities=48)
     match = StereoMatcher(config).match(known.left, known.right)
     check = PlausibilityCheck()
     assert check.add(known.left, known.right, match, config) is None
@@ -86,11 +87,3 @@ def test_the_finding_says_how_much_lies_beyond_and_what_to_search(known):
     assert check.add(known.left, known.right, match, config).sentence == (
         '3.2 % of the matches are nearer than the range reaches (disparity above 47) and were '
         'rejected: search 80 disparities or more')
-
-
-@pytest.mark.parametrize('disparities, columns, found', [
-    (64, 640, 72), (64, 70, 70), (64, 64, 64), (1, 640, 9), (4096, 9999, 4096)])
-def test_the_margin_ends_where_the_image_does(disparities, columns, found):
-    config = MatcherConfig(disparities=disparities)
-    assert searched(config, columns).disparities == found
-    assert searched(MatcherConfig(algorithm='paper', disparities=64), 640).disparities == 64

@@ -23,21 +23,18 @@ def test_every_disparity_of_the_full_size_lies_in_the_range_of_the_reduced_one(
     assert small.min_disparity <= disparity <= small.min_disparity + small.disparities - 1
 
 
-def test_parameters_in_pixels_shrink_and_all_others_stay():
+@given(st.sampled_from([1, 0.5, 0.25, 0.01]))
+def test_parameters_in_pixels_shrink_and_all_others_stay(scale):
+    """What is off stays off, and nothing else is switched off."""
     config = MatcherConfig.from_profile(
-        'quality', min_disparity=-3, disparities=64, speckle_size=100, speckle_range=4,
-        fill_holes=8, neighbourhood=21, seed=5, threads=2)
-    assert config.at_scale(0.5) == replace(
-        config, min_disparity=-2, disparities=33, speckle_size=25, speckle_range=2, fill_holes=2,
-        neighbourhood=11)
-    assert config.at_scale(0.25) == replace(
-        config, min_disparity=-1, disparities=17, speckle_size=6, speckle_range=1, fill_holes=1,
-        neighbourhood=5)
-    for scale in (1, 0.25, 0.01):       # what is off stays off, and nothing else is switched off
-        scaled = replace(MatcherConfig().at_scale(scale), min_disparity=0, disparities=64)
-        assert scaled == replace(
-            MatcherConfig(), speckle_size=max(round(100 * scale**2), 1),
-            neighbourhood=max(round(25 * scale), 1) | 1)
+        'quality', speckle_size=100, speckle_range=4, fill_holes=8, neighbourhood=21, seed=5)
+    for one in (config, replace(config, speckle_size=0, fill_holes=0)):
+        assert replace(one.at_scale(scale), min_disparity=0, disparities=64) == replace(
+            one, min_disparity=0, disparities=64,
+            speckle_size=one.speckle_size and max(round(100 * scale**2), 1),
+            speckle_range=max(round(4 * scale), 1),
+            fill_holes=one.fill_holes and max(round(8 * scale**2), 1),
+            neighbourhood=max(round(21 * scale), 1) | 1)
 
 
 @pytest.mark.parametrize('scale', [0, -1, 1.5, float('nan')])

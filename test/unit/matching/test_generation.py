@@ -14,20 +14,13 @@ from fuzzy_stereo_ros.matching.realtime.generation import (
     AllLabels, gene_type, Generation, GROW, parent_of)
 from fuzzy_stereo_ros.matching.realtime.possibility import FULL_SIZE, HALF_SIZE as BOXED
 from fuzzy_stereo_ros.matching.realtime.views import half_disparities
-from hypothesis import given, settings, strategies as st
+from hypothesis import example, given, settings, strategies as st
 import numba
 import numpy as np
 import reference_census
 import reference_generation as twins
 
 WEIGHTS = np.array([0, weight_of(1, 2), weight_of(0, 6), weight_of(1, 5)], np.uint8)
-
-
-def twin_volume(left, right, disparities, min_disparity, model):
-    """Return the costs of all labels as tiles have them: int64 (R, C, D)."""
-    costs = twin_costs(left, right, disparities, min_disparity, model, SIDE * (model.box > 0))
-    return costs if not model.box else reference_census.box_costs(
-        costs, disparities, model.box, SIDE)
 
 
 def twin_penalties(possibility, model):
@@ -40,8 +33,8 @@ def twin_penalties(possibility, model):
 class Selected:
     """A pair of a size, some parents of it, and what is selected, with the twin of that."""
 
-    def __init__(self, shape, disparities, spread=4, min_disparity=0, seed=0, shift=(0, 0),
-                 previous='full', threads=1, few=False, mutation=1, model=FULL_SIZE):
+    def __init__(self, shape, disparities, spread, min_disparity, seed, shift, previous, few,
+                 mutation, model):
         self.shape, self.disparities, self.spread, self.seed = shape, disparities, spread, seed
         left, right = small_pair(*shape, disparity=min(3, shape[1] - 1), seed=seed)
         possibility = seen(left, right, disparities, min_disparity, model)
@@ -61,9 +54,7 @@ class Selected:
             before = (self._map(size, 4, disparities, kind), random_map(size, 3, seed + 9), cell,
                       1, 0, choices.astype(np.int8) if cell == 1 else None, TILE, shift)
             parents.append((PREVIOUS, before))
-        self.generation, pool = Generation(possibility, few, mutation), ThreadPool(threads)
-        chain = Chain(pool)
-        self.chosen = self.generation.chosen
+        self.generation, chain = Generation(possibility, few, mutation), Chain(ThreadPool(1))
         self.generation.select(
             chain, SimpleNamespace(
                 labels=labels, prior=None if model.box else half,
@@ -71,11 +62,10 @@ class Selected:
             before and parent_of(*before[:6], shift=shift),
             older if previous and not model.box else None)
         chain.run()
-        pool.close()
         self.genes, self.origins = twins.tile_genes(
             parents, shape, disparities, 2 * (half_disparities(disparities) - 1), SIDE, MOST_GENES,
             mutation)
-        costs = twin_volume(left, right, disparities, min_disparity, model)
+        costs = twin_costs(left, right, disparities, min_disparity, model)
         for prior in () if model.box else (half, older) if previous else (half,):
             costs = costs + reference_census.prior_costs(*prior, disparities)
         self.expected = twins.selected(
@@ -94,21 +84,6 @@ class Selected:
                      WEIGHTS[random_map(self.shape, len(WEIGHTS), self.seed + number)])
 
 
-def check(*arguments, **options):
-    found = Selected(*arguments, **options)
-    origin = found.generation.origin_of_genes()
-    for (row, column), labels in found.genes.items():
-        tile = row * -(-found.shape[1] // SIDE) + column
-        count = found.generation.counts[tile]
-        assert found.generation.genes[tile, :count].tolist() == labels
-        assert found.generation.origins[tile, :count].tolist() == found.origins[row, column]
-        cells = np.s_[SIDE * row:SIDE * (row + 1), SIDE * column:SIDE * (column + 1)]
-        known = dict(zip(labels, found.origins[row, column]))
-        np.testing.assert_array_equal(origin[cells], np.vectorize(known.get)(
-            found.expected[0][cells]))
-    check_chosen(found.chosen, found.expected)
-
-
 def check_chosen(chosen, expected):
     for name, values in zip(('labels', 'offsets', 'sums', 'margins'), expected):
         np.testing.assert_array_equal(getattr(chosen, name), values, name)
@@ -116,24 +91,30 @@ def check_chosen(chosen, expected):
         expected[0], expected[2], chosen.target.shape[1] - chosen.labels.shape[1]))
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(st.integers(1, 50), st.integers(1, 50), st.integers(1, 40) | st.sampled_from([256, 257]),
        st.integers(1, 40), st.integers(-60, 9), st.integers(0, 99),
        st.tuples(st.integers(-70, 70), st.integers(-70, 70)),
        st.sampled_from(['full', 'cells', None]), st.booleans(), st.integers(0, 1),
        st.sampled_from([FULL_SIZE, BOXED]))
+@example(20, 70, 700, 700, 0, 0, (0, 0), 'full', False, 1, FULL_SIZE)   # more than a tile can have
 def test_any_size_range_and_parents_are_those_of_the_twin(
         rows, columns, disparities, spread, min_disparity, seed, shift, previous, few,
         mutation, model):
-    check((rows, columns), disparities, spread, min_disparity, seed, shift, previous, few=few,
-          mutation=mutation, model=model)
+    found = Selected((rows, columns), disparities, spread, min_disparity, seed, shift, previous,
+                     few, mutation, model)
+    origin = found.generation.origin_of_genes()
+    for number, ((row, column), labels) in enumerate(found.genes.items()):
+        count, origins = found.generation.counts[number], found.origins[row, column]
+        assert found.generation.genes[number, :count].tolist() == labels
+        assert found.generation.origins[number, :count].tolist() == origins
+        cells = np.s_[SIDE * row:SIDE * (row + 1), SIDE * column:SIDE * (column + 1)]
+        np.testing.assert_array_equal(origin[cells], np.vectorize(
+            dict(zip(labels, origins)).get)(found.expected[0][cells]))
+    check_chosen(found.generation.chosen, found.expected)
 
 
-def test_more_genes_than_a_tile_can_have_leave_out_the_largest():
-    check((20, 70), 700, spread=700)
-
-
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(st.integers(1, 70), st.integers(1, 70),
        st.integers(1, 60) | st.sampled_from([255, 256, 257, 512]),
        st.integers(-60, 9) | st.sampled_from([-2048, -200, 40]), st.sampled_from([0, 3]),
@@ -150,7 +131,7 @@ def test_where_all_labels_are_genes_any_size_and_range_is_that_of_the_twin(
     chain.run()
     pool.close()
     check_chosen(search.chosen, twins.selected(
-        twin_volume(left, right, disparities, min_disparity, model),
+        twin_costs(left, right, disparities, min_disparity, model),
         twins.all_labels((rows, columns), disparities, SIDE),
         *twin_penalties(possibility, model), SIDE))
 

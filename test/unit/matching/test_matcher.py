@@ -15,7 +15,6 @@ import pytest
 
 SECOND = 1_000_000_000
 CONFIG = MatcherConfig(disparities=24, threads=1)
-# ---- equal input, equal output ----
 
 
 def test_without_stamps_random_numbers_come_from_the_number_of_the_frame(monkeypatch):
@@ -35,31 +34,24 @@ def test_without_stamps_random_numbers_come_from_the_number_of_the_frame(monkeyp
     assert sources == [Random((3, word)) for word in (0, 1, 10, 2000, 0, 7)]
 
 
-# ---- kinds of images ----
-
-
-@pytest.mark.parametrize('shift, min_disparity', [
-    (9, 0), (9, 4), (-9, -20), (-9, -9), (-9, -32), (-30, -35), (2, -3)])
-def test_what_both_images_show_is_found_up_to_the_border_and_nothing_beyond(shift, min_disparity):
-    """A point at column c of the right image is at c + d of the left one."""
-    wide = scene(50, 160).left
-    match = StereoMatcher(replace(CONFIG, min_disparity=min_disparity)).match(
-        wide[:, 30:130], wide[:, 30 + shift:130 + shift])
-    pointed = np.arange(100) - shift
-    inside = (pointed >= 0) & (pointed < 100)
-    assert np.mean(abs(match.disparity[:, inside] - shift) < 0.5) > 0.97
-    assert np.mean(np.isnan(match.disparity[:, ~inside])) > 0.9
-
-
-@pytest.mark.parametrize('min_disparity', [-2048, -200, -123, 100, 2048])
 @pytest.mark.parametrize('reference', ['left', 'right'])
-def test_where_no_disparity_meets_the_other_image_all_is_invalid(min_disparity, reference):
-    pair = scene()
+@pytest.mark.parametrize('shift, min_disparity', [
+    *((9, least) for least in (0, 4, -2048, -200, 100, 2048)),
+    (-9, -20), (-9, -9), (-9, -32), (-30, -35), (2, -3)])
+def test_what_both_images_show_is_found_up_to_the_border_and_nothing_beyond(
+        shift, min_disparity, reference):
+    """A point at column c of the right image is at c + d of the left one; also where none is."""
+    wide = scene(50, 160).left
     matcher = StereoMatcher(replace(CONFIG, min_disparity=min_disparity, reference=reference))
     for _ in range(2):
-        match = matcher.match(pair.left, pair.right)
-        assert np.all(np.isnan(match.disparity))
-        assert not match.confidence.any()
+        match = matcher.match(wide[:, 30:130], wide[:, 30 + shift:130 + shift])
+    pointed = np.arange(100) + (shift if reference == 'right' else -shift)
+    inside = (pointed >= 0) & (pointed < 100)
+    if min_disparity <= shift < min_disparity + CONFIG.disparities:
+        assert np.mean(abs(match.disparity[:, inside] - shift) < 0.5) > 0.97
+        assert np.mean(np.isnan(match.disparity[:, ~inside])) > 0.9
+    else:
+        assert np.isnan(match.disparity).all() and not match.confidence.any()
 
 
 @pytest.mark.parametrize('dtype', [np.uint8, np.uint16])
@@ -75,20 +67,13 @@ def test_colour_beside_grey_is_weighed_to_grey(dtype):
         matched(pair._replace(left=other, right=grey), CONFIG))
 
 
-# ---- what comes out ----
-
-
-def test_what_cannot_be_seen_is_invalid_and_has_confidence_0():
+def test_what_cannot_be_seen_has_confidence_0_and_higher_confidence_is_right_more_often():
     pair = scene()
-    match = matched(pair, CONFIG)
+    match, hidden = matched(pair, CONFIG), ~pair.visible
     invalid = np.isnan(match.disparity)
     assert 0 < invalid.mean() < 0.5
     assert not match.confidence[invalid].any()
-    hidden = ~pair.visible
     assert invalid[hidden].mean() > 4 * invalid[~hidden].mean()
-
-
-def test_pixels_of_higher_confidence_are_right_more_often():
     pair = scene(200, 300, noise=10.0)
     match = matched(pair, CONFIG, fill=True)
     bad = ~(abs(match.disparity - pair.truth) <= 1)
@@ -109,24 +94,10 @@ def test_made_scenes_are_found_but_for_few_pixels(options):
     assert np.mean(found) < 2 and max(found) < 3
 
 
-# ---- the course of a match ----
-
-
 @pytest.mark.parametrize(('rows', 'columns'), [(1, 1), (1, 30), (20, 1), (0, 30), (2**16, 2**15)])
 def test_warming_up_for_a_size_that_cannot_be_matched_is_rejected(rows, columns):
     with pytest.raises(ValueError, match=f'^the images are {columns} x {rows}; at '):
         StereoMatcher(replace(CONFIG, disparities=1)).warm_up(rows, columns)
-
-
-def test_warming_up_keeps_the_previous_frame():
-    frames = list(make_sequence(60, 100, 24, 2, noise=2.0))
-    warmed, plain = StereoMatcher(CONFIG), StereoMatcher(CONFIG)
-    warmed.warm_up(60, 100)
-    assert warmed.state is None
-    for frame in frames:
-        one = warmed.match(frame.left, frame.right)
-        warmed.warm_up(60, 100)
-        assert bits(one) == bits(plain.match(frame.left, frame.right))
 
 
 def test_a_matcher_is_made_of_a_profile_or_a_config_and_changes_of_either():
@@ -146,42 +117,43 @@ def test_a_matcher_is_made_of_a_profile_or_a_config_and_changes_of_either():
         assert '\n' not in str(raised.value)
 
 
-# ---- the previous frame ----
-
-
-@pytest.mark.parametrize('stamps, warm', [
-    ((10, 11), True), ((0, SECOND), True), ((0, SECOND + 1), False), ((10, 10), False),
-    ((10, 9), False), ((None, 10), False), ((10, None), False), ((None, None), True)])
-def test_only_a_frame_shortly_after_the_previous_one_is_warm(stamps, warm):
-    pair, matcher = scene(), StereoMatcher(CONFIG)
+@pytest.mark.parametrize('stamps, changes, warm', [
+    ((10, 11), {}, True), ((0, SECOND), {}, True), ((0, SECOND + 1), {}, False),
+    ((10, 10), {}, False), ((10, 9), {}, False), ((None, 10), {}, False), ((10, None), {}, False),
+    ((None, None), {}, True), ((1, 2), {'disparities': 25}, False),
+    ((1, 2), {'min_disparity': 1}, False), ((1, 2), {'reference': 'right'}, False)])
+def test_only_a_frame_of_the_same_disparities_shortly_after_the_previous_one_is_warm(
+        stamps, changes, warm):
+    pair, matcher, config = scene(), StereoMatcher(CONFIG), replace(CONFIG, **changes)
     assert not matcher.match(pair.left, pair.right, stamps[0]).warm
-    second = matcher.match(pair.left, pair.right, stamps[1])
+    other, fresh = StereoMatcher(config), StereoMatcher(config)
+    other.restore(matcher.state)
+    second = other.match(pair.left, pair.right, stamps[1])
     assert second.warm == warm
-    if not warm:
-        fresh = StereoMatcher(CONFIG).match(pair.left, pair.right, stamps[1])
-        assert bits(second) == bits(fresh)
+    assert warm or bits(second) == bits(fresh.match(pair.left, pair.right, stamps[1]))
 
 
-def test_after_a_reset_or_another_size_a_frame_is_cold():
+def test_a_frame_is_cold_after_a_reset_or_another_size_and_warm_after_warming_up():
     pair, larger, matcher = scene(), scene(62, 100), StereoMatcher(CONFIG)
-    cold = matcher.match(pair.left, pair.right)
+    matcher.warm_up(60, 100)
+    assert matcher.state is None
+    cold, warm = (matcher.match(pair.left, pair.right) for _ in range(2))
     matcher.reset()
     assert bits(cold) == bits(matcher.match(pair.left, pair.right))
+    matcher.warm_up(60, 100)
+    assert bits(warm) == bits(matcher.match(pair.left, pair.right)) and warm.warm
     assert not matcher.match(larger.left, larger.right).warm
     assert not matcher.match(pair.left, pair.right).warm
-    assert matcher.match(pair.left, pair.right).warm
 
 
 def test_a_state_is_not_changed_by_later_frames():
-    frames = list(make_sequence(60, 100, 24, 3, noise=3.0, pan=1.0))
-    matcher = StereoMatcher(CONFIG)
-    matcher.match(frames[0].left, frames[0].right)
-    handed_on = matcher.state.arrays()
-    copies = {name: array.copy() for name, array in handed_on.items()}
-    for frame in frames[1:]:
+    frames, matcher = make_sequence(60, 100, 24, 3, noise=3.0, pan=1.0), StereoMatcher(CONFIG)
+    handed_on = []
+    for frame in frames:
         matcher.match(frame.left, frame.right)
-    for name, copy in copies.items():
-        np.testing.assert_array_equal(handed_on[name], copy)
+        handed_on += [(array, array.copy()) for array in matcher.state.arrays().values()]
+    for array, copy in handed_on:
+        np.testing.assert_array_equal(array, copy)
 
 
 def test_what_lies_in_the_memory_of_a_generation_before_does_not_count():
@@ -198,48 +170,32 @@ def test_what_lies_in_the_memory_of_a_generation_before_does_not_count():
     assert results(0) == results(255)
 
 
-@pytest.mark.parametrize('changes', [
-    {'disparities': 25}, {'min_disparity': 1}, {'reference': 'right'}])
-def test_a_state_of_other_disparities_is_not_used(changes):
-    pair, matcher = scene(), StereoMatcher(CONFIG)
-    matcher.match(pair.left, pair.right)
-    other = StereoMatcher(replace(CONFIG, **changes))
-    other.restore(matcher.state)
-    assert not other.match(pair.left, pair.right).warm
+def grey(rows, columns, *channels, kind=np.uint8):
+    return np.zeros((rows, columns, *channels), kind)
 
 
-# ---- what is no pair ----
-
-GREY = np.zeros((20, 30), np.uint8)
-BAD_PAIRS = {
-    'no array': ([[1, 2]], GREY, 'the left image is a list; give a NumPy array of uint8 or '
-                                 'uint16'),
-    'none': (GREY, None, 'the right image is a NoneType; give a NumPy array of uint8 or uint16'),
-    'one axis': (GREY[0], GREY, r'the left image has the shape (30,); allowed are '
-                                r'(rows, columns) and (rows, columns, 3)'),
-    'four channels': (GREY, np.zeros((20, 30, 4), np.uint8),
-                      'the right image has the shape (20, 30, 4); allowed are (rows, columns) '
-                      'and (rows, columns, 3)'),
-    'float with nan': (np.full((20, 30), np.nan, np.float32), GREY,
-                       'the left image is float32; allowed are uint8 and uint16'),
-    'signed': (GREY, GREY.astype(np.int16),
-               'the right image is int16; allowed are uint8 and uint16'),
-    'bool': (GREY > 0, GREY > 0, 'the left image is bool; allowed are uint8 and uint16'),
-    'sizes': (GREY, GREY[:, :-1], 'the left image is 30 x 20, the right one 29 x 20; give two '
-                                  'rectified images of one size'),
-    'depths': (GREY, GREY.astype(np.uint16), 'the left image is uint8, the right one uint16; '
-                                             'give two images of one depth'),
-    'no rows': (GREY[:0], GREY[:0], 'the images are 30 x 0; at least 2 x 2 pixels are needed'),
-    'no columns': (GREY[:, :0], GREY[:, :0],
-                   'the images are 0 x 20; at least 2 x 2 pixels are needed'),
-    'one row': (GREY[:1], GREY[:1], 'the images are 30 x 1; at least 2 x 2 pixels are needed'),
-    'too narrow': (GREY[:, :23], GREY[:, :23],
-                   '24 disparities are more than the 23 columns of the images; ask for fewer '
-                   'disparities or give larger images'),
-}
-
-
-@pytest.mark.parametrize('left, right, sentence', BAD_PAIRS.values(), ids=BAD_PAIRS)
+@pytest.mark.parametrize('left, right, sentence', [
+    ([[1, 2]], grey(20, 30), 'the left image is a list; give a NumPy array of uint8 or uint16'),
+    (grey(20, 30), None, 'the right image is a NoneType; give a NumPy array of uint8 or uint16'),
+    (grey(20, 30)[0], grey(20, 30), 'the left image has the shape (30,); allowed are '
+                                    '(rows, columns) and (rows, columns, 3)'),
+    (grey(20, 30), grey(20, 30, 4), 'the right image has the shape (20, 30, 4); allowed are '
+                                    '(rows, columns) and (rows, columns, 3)'),
+    (grey(20, 30, kind=np.float32), grey(20, 30),
+     'the left image is float32; allowed are uint8 and uint16'),
+    (grey(20, 30), grey(20, 30, kind=np.int16),
+     'the right image is int16; allowed are uint8 and uint16'),
+    (grey(20, 30, kind=bool), grey(20, 30, kind=bool),
+     'the left image is bool; allowed are uint8 and uint16'),
+    (grey(20, 30), grey(20, 29), 'the left image is 30 x 20, the right one 29 x 20; give two '
+                                 'rectified images of one size'),
+    (grey(20, 30), grey(20, 30, kind=np.uint16), 'the left image is uint8, the right one uint16; '
+                                                 'give two images of one depth'),
+    *(2 * (grey(*size),) + (
+        'the images are {1} x {0}; at least 2 x 2 pixels are needed'.format(*size),)
+      for size in ((0, 30), (20, 0), (1, 30))),
+    (grey(20, 23), grey(20, 23), '24 disparities are more than the 23 columns of the images; ask '
+                                 'for fewer disparities or give larger images')])
 def test_what_is_no_pair_is_rejected_with_a_sentence_and_the_next_pair_is_matched(
         left, right, sentence):
     frames = list(make_sequence(60, 100, 24, 2, noise=2.0))

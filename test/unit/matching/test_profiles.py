@@ -18,15 +18,13 @@ import pytest
 from reference_refinement import components
 
 SMALL = {'disparities': 24, 'threads': 1}
-PAPER = {**SMALL, 'population': 6, 'generations': 3, 'reference': 'left'}
 CONFIGS = {
-    'realtime': MatcherConfig(**SMALL),
-    'fast': MatcherConfig.from_profile('fast', **SMALL),
-    'quality': MatcherConfig.from_profile('quality', **SMALL),
-    **{f'paper {reading}': MatcherConfig.from_profile('paper', reading=reading, **PAPER)
-       for reading in ('literal', 'uniform')},
-    'paper from winners': MatcherConfig.from_profile(
-        'paper', initial_population='winner_takes_all', **PAPER)}
+    **{name: MatcherConfig.from_profile(name, **SMALL)
+       for name in ('realtime', 'fast', 'quality')},
+    **{f'paper, {reading}, {initial}': MatcherConfig.from_profile(
+        'paper', **SMALL, population=6, generations=3, reference='left', reading=reading,
+        initial_population=initial) for reading, initial in (
+            ('literal', 'random'), ('uniform', 'random'), ('uniform', 'winner_takes_all'))}}
 
 
 @pytest.fixture(params=CONFIGS.values(), ids=CONFIGS)
@@ -57,16 +55,16 @@ def test_a_deleted_matcher_frees_its_memory_at_once(profile):
         gc.enable()
 
 
-# ---- equal input, equal output ----
-
-
-def test_what_was_matched_before_leaves_no_trace_without_warm_start(config):
-    """Not what was seen, nor another size in between."""
-    matcher, pair = StereoMatcher(replace(config, warm_start=False)), scene()
+@pytest.mark.parametrize('columns', [70, 20])
+def test_what_was_warmed_up_for_or_matched_without_warm_start_leaves_no_trace(config, columns):
+    """Not another scene or size, nor one with fewer columns than disparities."""
+    for one in (config, replace(config, warm_start=False)):
+        matcher, pair, expected = StereoMatcher(one), scene(), bits(usual(one))
+        matcher.warm_up(40, columns)
+        assert bits(matcher.match(pair.left, pair.right)) == expected
     for other in (scene(50, 80), scene(seed=1)):
         matcher.match(other.left, other.right)
-    assert bits(matcher.match(pair.left, pair.right)) == bits(
-        usual(replace(config, warm_start=False)))
+    assert bits(matcher.match(pair.left, pair.right)) == expected
     assert matcher.state is None
 
 
@@ -74,17 +72,6 @@ def test_the_seed_changes_what_is_found(config):
     first, other = usual(config), matched(scene(), config, seed=1)
     # What realtime draws decides from the second frame on.
     assert (bits(first) != bits(other)) == (config.algorithm != 'realtime')
-
-
-@pytest.mark.parametrize('columns', [70, 20])
-def test_warming_up_changes_no_bit(config, columns):
-    """Also for images with fewer columns than disparities, which only matching rejects."""
-    pair, matcher = scene(), StereoMatcher(config)
-    matcher.warm_up(40, columns)
-    assert bits(matcher.match(pair.left, pair.right)) == bits(usual(config))
-
-
-# ---- kinds of images ----
 
 
 def test_the_right_reference_is_the_left_one_of_the_mirrored_and_exchanged_pair(config):
@@ -96,97 +83,61 @@ def test_the_right_reference_is_the_left_one_of_the_mirrored_and_exchanged_pair(
     np.testing.assert_array_equal(right.confidence, left.confidence[:, ::-1])
 
 
-@pytest.mark.parametrize('places, colour', [(0, False), (4, True), (8, False)])
-def test_an_image_of_more_bits_is_matched_as_the_same_one_of_8(config, places, colour):
+@pytest.mark.parametrize('colour', [False, True])
+@pytest.mark.parametrize('form', [
+    lambda image: image.astype(np.uint16), lambda image: image.astype(np.uint16) << 4,
+    lambda image: image.astype(np.uint16) << 8, lambda image: np.repeat(image, 2, axis=1)[:, ::2],
+    np.asfortranarray, lambda image: image if image.ndim == 3 else np.stack(3 * [image], axis=2)],
+    ids=['16 bits', '12 of 16 bits', 'all 16 bits', 'strided', 'by columns', 'in colour'])
+def test_an_image_in_another_form_is_matched_to_the_same_bits_and_stays_as_it_is(
+        config, form, colour):
     pair = scene(colour=colour)
     pair.left[0, 0] = 255
-    deep = pair._replace(left=pair.left.astype(np.uint16) << places,
-                         right=pair.right.astype(np.uint16) << places)
-    eight, more = matched(pair, config), matched(deep, config)
-    if not (colour and config.reading == 'literal'):    # whose grey is rounded in each depth
-        assert bits(eight) == bits(more)
-
-
-def test_grey_in_colour_is_matched_as_grey(config):
-    pair = scene()
-    left, right = (np.repeat(image[..., None], 3, axis=2) for image in pair[:2])
-    assert bits(matched(pair._replace(left=left, right=right), config)) == bits(usual(config))
-
-
-# ---- what comes out ----
-
-
-def test_strided_and_read_only_images_are_matched_as_any_and_stay_as_they_are(config):
-    pair = scene()
-    wide = np.repeat(pair.left, 2, axis=1)
-    strided = pair._replace(left=wide[:, ::2], right=np.asfortranarray(pair.right))
-    left, right = pair.left.copy(), pair.right.copy()
+    left, right = (form(image) for image in pair[:2])
     left.flags.writeable = right.flags.writeable = False
-    expected = bits(usual(config))
-    assert bits(matched(strided, config)) == expected
-    assert bits(matched(pair._replace(left=left, right=right), config)) == expected
-    np.testing.assert_array_equal(left, pair.left)
+    expected, found = (matched(one, config) for one in (
+        pair, pair._replace(left=left, right=right)))
+    # The grey of the literal reading is rounded in each depth.
+    assert bits(expected) == bits(found) or (
+        colour and config.reading == 'literal' and left.dtype == np.uint16)
+    np.testing.assert_array_equal(left, form(pair.left))
 
 
-def test_a_fill_is_dense_and_keeps_the_rest_and_its_confidence(config):
-    pair = scene()
-    threshold = float(np.median(matched(pair, config, fill=True).confidence))
-    sparse, dense = (matched(pair, config, fill=fill, confidence_threshold=threshold)
+def test_what_is_less_sure_is_invalid_and_a_fill_is_dense_and_keeps_the_rest(config):
+    pair, every = scene(), usual(config)
+    threshold = np.sort(every.confidence, axis=None)[every.confidence.size // 2]     # is enough
+    sparse, dense = (matched(pair, config, fill=fill, confidence_threshold=float(threshold))
                      for fill in (False, True))
     known = np.isfinite(sparse.disparity)
-    assert 0 < known.mean() < 1
-    assert np.isfinite(dense.disparity).all()
-    np.testing.assert_array_equal(dense.disparity[known], sparse.disparity[known])
-    np.testing.assert_array_equal(dense.confidence, sparse.confidence)
-
-
-def test_a_threshold_makes_what_is_less_sure_invalid(config):
-    every = usual(config)
-    threshold = np.float32(np.median(every.confidence))
-    sure = matched(scene(), config, confidence_threshold=float(threshold))
     np.testing.assert_array_equal(
-        np.isnan(sure.disparity), np.isnan(every.disparity) | (every.confidence < threshold))
-
-
-# ---- small holes ----
-
-
-LARGEST_HOLE = 12      # px
-
-
-@pytest.fixture(scope='module')
-def pairs():
-    """Return frames of a noisy scene with holes of many sizes, whose rows do not fit."""
-    frames = [make_pair(120, 200, 32, 4, objects=6, noise=noise) for noise in (4.0, 5.0)]
-    return [(one.left, misaligned(one.right, tilt=1.5)) for one in frames]
-
-
-def last_of(pairs, profile, **changes):
-    matcher = StereoMatcher(MatcherConfig.from_profile(profile, **{
-        'disparities': 32, 'generations': 2, 'threads': 1, **changes}))
-    return [matcher.match(*pair) for pair in pairs][-1]
+        known, np.isfinite(every.disparity) & (every.confidence >= threshold))
+    assert 0 < known.mean() < 1 and np.isfinite(dense.disparity).all()
+    for one in (sparse, dense):
+        np.testing.assert_array_equal(one.disparity[known], every.disparity[known])
+        np.testing.assert_array_equal(one.confidence, every.confidence)
 
 
 @pytest.mark.parametrize(('profile', 'threshold'), [
     *(pytest.param(name, 0.0, marks=[pytest.mark.slow] * (name == 'quality'))
       for name in PROFILES), ('realtime', 0.5)])
-def test_small_holes_are_filled_and_all_else_stays_as_it_is(pairs, profile, threshold):
-    plain, filled, found = (
-        last_of(pairs, profile, confidence_threshold=threshold, **changes)
-        for changes in ({}, {'fill': True}, {'fill_holes': LARGEST_HOLE}))
+def test_small_holes_are_filled_and_all_else_stays_as_it_is(profile, threshold):
+    """Of a noisy scene with holes of many sizes, whose rows do not fit."""
+    frames = [make_pair(120, 200, 32, 4, objects=6, noise=noise) for noise in (4.0, 5.0)]
+    pairs, matches = [(one.left, misaligned(one.right, tilt=1.5)) for one in frames], []
+    for changes in ({}, {'fill': True}, {'fill_holes': 12}):
+        matcher = StereoMatcher(profile, disparities=32, generations=2, threads=1,
+                                confidence_threshold=threshold, **changes)
+        matches.append([matcher.match(*pair) for pair in pairs][-1])
+    plain, filled, found = matches
     expected, sizes = plain.disparity.copy(), []
     for places in components(np.isnan(plain.disparity), lambda *_: True):
-        region = tuple(np.transpose(places))
         sizes.append(len(places))
-        if sizes[-1] <= LARGEST_HOLE:
+        if sizes[-1] <= 12:
+            region = tuple(np.transpose(places))
             expected[region] = filled.disparity[region]
-    assert max(sizes) > LARGEST_HOLE
-    assert np.isnan(expected).sum() < np.isnan(plain.disparity).sum()
+    assert min(sizes) <= 12 < max(sizes)
     np.testing.assert_array_equal(found.disparity, expected)
     np.testing.assert_array_equal(found.confidence, plain.confidence)
-
-
-# ---- over frames ----
 
 
 @pytest.mark.parametrize('profile, stamped', [

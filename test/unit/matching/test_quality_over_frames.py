@@ -1,19 +1,21 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""The profile `quality`: averaged pictures and the map of the frame before; single pairs."""
+"""The profile `quality`: what the frame before gives, single pairs, and cameras that differ."""
 from dataclasses import replace
 from itertools import pairwise
 
 import cv2
 from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
 from fuzzy_stereo_ros.matching.bands import ThreadPool
-from fuzzy_stereo_ros.matching.match import Camera, mirrored
+from fuzzy_stereo_ros.matching.match import Camera, Match, mirrored
 from fuzzy_stereo_ros.matching.over_frames import moving_camera
 from fuzzy_stereo_ros.matching.over_frames.inheritance import Inheritance
+from fuzzy_stereo_ros.matching.quality.exposure import exposed_alike
 from fuzzy_stereo_ros.matching.quality.matcher import LEAST_AGE, QualityState
 from fuzzy_stereo_ros.matching.quality.operators import OPERATORS
 from fuzzy_stereo_ros.matching.quality.seed import parent_of, ScanlineSeed
 from fuzzy_stereo_ros.synthetic.scenes import FOCAL, make_sequence
+from hypothesis import given, strategies as st
 import made_scenes
 from made_scenes import matched, scene, wrong
 import numpy as np
@@ -30,41 +32,32 @@ def frames(number, size=(ROWS, COLUMNS), **options):
 
 
 def matches_of(pairs, camera=None, matcher=None, **changes):
+    """Return the matches of pairs one after the other, and the matcher."""
     matcher = matcher or StereoMatcher(replace(CONFIG, **changes))
     return made_scenes.matches_of(matcher, pairs, camera), matcher
 
 
-@pytest.mark.parametrize('shape', [(30, 40), (30, 40, 3)])
-@pytest.mark.parametrize('bits', [6, 8, 12, 16])
+@given(st.integers(6, 16), st.sampled_from([(30, 40), (30, 40, 3)]))
 def test_colours_are_the_8_highest_used_bits_of_all_channels(bits, shape):
     image = np.random.default_rng(bits).integers(0, 2**bits, shape).astype(
         np.uint8 if bits == 8 else np.uint16)
     image[0] = 2**bits - 1
     inheritance = Inheritance(CONFIG, *shape[:2], seen=2)
     inheritance.read(ThreadPool(1), image, mirrored(image))
-    left, right = inheritance.colours
     expected = np.minimum(np.floor(image * 2.0**(8 - bits) + 0.5), 255)
-    if len(shape) == 2:
-        expected = np.stack([expected] * 3, axis=-1)
-    np.testing.assert_array_equal(left, expected)
-    np.testing.assert_array_equal(right, expected[:, ::-1])
-
-
-def noisy_frames(number, sigma=3.0):
-    """Return a smooth picture, (R, C, 3), and pairs of it with noise in each channel."""
-    random = np.random.default_rng(3)
-    smooth = cv2.GaussianBlur(random.normal(size=(128, 160, 3)), None, 6.0)
-    smooth = np.interp(smooth, (smooth.min(), smooth.max()), (40, 210))
-    return smooth, [np.rint(smooth + random.normal(0, sigma, (2, *smooth.shape))).astype(np.uint8)
-                    for _ in range(number)]
+    for colours, wanted in zip(inheritance.colours, (expected, expected[:, ::-1])):
+        np.testing.assert_array_equal(
+            colours, wanted if len(shape) == 3 else np.stack([wanted] * 3, axis=2))
 
 
 def test_noise_is_averaged_in_all_channels_and_maps_are_taken_over_once_it_is():
-    smooth, pairs = noisy_frames(LEAST_AGE + 1)
+    random = np.random.default_rng(3)
+    smooth = cv2.GaussianBlur(random.normal(size=(128, 160, 3)), None, 6.0)
+    smooth = np.interp(smooth, (smooth.min(), smooth.max()), (40, 210))
     inheritance, pool = Inheritance(CONFIG, 128, 160, 2, LEAST_AGE), ThreadPool(1)
     state, labels = None, np.zeros((2, 128, 160), np.float32)
-    for number, pair in enumerate(pairs, 1):
-        inheritance.read(pool, *pair)
+    for number in range(1, LEAST_AGE + 2):
+        inheritance.read(pool, *made_scenes.noisy(2 * [smooth], 3.0, random))
         inherited = inheritance.average(pool, state, None)
         assert inherited == (number > 1)
         if inherited:
@@ -74,10 +67,9 @@ def test_noise_is_averaged_in_all_channels_and_maps_are_taken_over_once_it_is():
         assert (colours - smooth).std(axis=(0, 1)).max() < 0.5 * 3.0
 
 
-def test_a_still_scene_in_noise_gets_better_and_flickers_less():
+def test_a_still_scene_in_noise_gets_better_and_flickers_less_and_after_a_cut_all_begins_anew():
     pairs = frames(9, noise=4.0)
-    warm, _ = matches_of(pairs)
-    cold, _ = matches_of(pairs[-4:], warm_start=False)
+    (warm, matcher), (cold, _) = matches_of(pairs), matches_of(pairs[-4:], warm_start=False)
     assert [match.warm for match in warm] == [False] + 8 * [True]
     errors, changed = zip(*(
         (np.mean([wrong(*one) for one in zip(maps[-4:], pairs[-4:])]),
@@ -86,7 +78,20 @@ def test_a_still_scene_in_noise_gets_better_and_flickers_less():
     assert errors[0] < 0.8 * errors[1] and changed[0] < 0.5 * changed[1]
     assert warm[-1].generations == 1 and cold[-1].generations == CONFIG.generations
     assert [*warm[-1].history[0].gains] == ['segments', 'trust']     # tiles would flicker
-    assert [*cold[-1].history[0].gains] == [*OPERATORS]
+    other = matcher.match(*(np.ascontiguousarray(image[::-1]) for image in pairs[0][:2]))
+    assert not other.warm and other.generations == CONFIG.generations
+
+
+def test_made_scenes_are_found_and_crossovers_lose_nothing():
+    for seed in range(3):
+        pair = scene(90, 140, seed)
+        match = matched(pair, CONFIG, generations=6)
+        assert wrong(match, pair) < 5
+        assert len(match.history) == 6
+        for row in match.history:
+            assert list(row.gains) == list(OPERATORS)
+            assert 0 < row.best_fitness < 1 and row.mean_fitness <= row.best_fitness
+            assert all(gain >= 0 for name, gain in row.gains.items() if name != 'trust')
 
 
 @pytest.mark.parametrize('noisy, least, apart, square', [
@@ -134,39 +139,13 @@ def test_a_map_moves_with_the_camera():
     inheritance, before = matcher.algorithm._inheritance, matcher.state
     (followed,), _ = matches_of(pairs[2:], CAMERA, matcher)
     assert followed.motion == moving_camera.FOLLOWED and followed.warm
-    assert wrong(followed, pairs[-1]) < wrong(matches_of(pairs[-1:])[0][0], pairs[-1]) + 0.3
+    assert wrong(followed, pairs[-1]) < wrong(matched(pairs[-1], CONFIG), pairs[-1]) + 0.3
     for side, truth in enumerate(matcher.state.own.disparities):
         moved = np.empty_like(truth)
         inheritance.inherit(before.own.disparities[side], np.full_like(truth, -9), moved, side)
         seen = moved >= 0
         assert seen.mean() > 0.8
         assert np.mean(np.abs(moved - truth)[seen] > 1) < 0.05
-
-
-def test_after_a_cut_all_begins_anew():
-    _, matcher = matches_of(frames(2, noise=0))
-    other = frames(1, noise=0)[0]
-    turned = [np.ascontiguousarray(image[::-1]) for image in other[:2]]
-    match = matcher.match(*turned)
-    assert not match.warm and match.generations == CONFIG.generations
-
-
-# ---- single pairs ----
-
-
-def test_a_made_scene_is_found():
-    for seed in range(3):
-        pair = scene(90, 140, seed)
-        assert wrong(matched(pair, CONFIG), pair) < 5
-
-
-def test_the_history_has_a_row_a_generation_and_crossovers_lose_nothing():
-    history = matched(scene(), CONFIG, generations=6).history
-    assert len(history) == 6
-    for row in history:
-        assert list(row.gains) == list(OPERATORS)
-        assert 0 < row.best_fitness < 1 and row.mean_fitness <= row.best_fitness
-        assert all(gain >= 0 for name, gain in row.gains.items() if name != 'trust')
 
 
 def test_a_uniform_pair_is_rejected_and_noise_is_not_sure():
@@ -194,3 +173,30 @@ def test_past_the_deadline_the_map_of_realtime_is_the_result():
         np.testing.assert_array_equal(found.disparity[sure], expected.disparity[sure])
         np.testing.assert_array_equal(found.confidence, expected.confidence)
         assert np.isfinite(found.disparity[~sure]).all() == fill
+
+
+def dark_corners(image):
+    """Return an image that is darker towards its right edge and its corners."""
+    across, down = np.linspace(-1, 1, 160), np.linspace(-1, 1, 120)[:, None]
+    return image * (0.8 - 0.1 * across - 0.15 * (across**2 + down**2))[..., None]
+
+
+@pytest.mark.parametrize('exposure, undone', [
+    (lambda image: 0.7 * image - 8, True), (lambda image: 255 * (image / 255)**1.4, True),
+    (dark_corners, True), (lambda image: image, False), (lambda image: 0.96 * image, False)],
+    ids=['gain and offset', 'gamma', 'dark corners', 'none', 'little'])
+@pytest.mark.parametrize('share', [0, 0.3])
+def test_another_exposure_is_undone_though_matches_are_wrong_unless_it_differs_little(
+        exposure, undone, share):
+    random, shape = np.random.default_rng(0), (120, 160)
+    wide = cv2.GaussianBlur(random.uniform(0, 255, (120, 160 + 12, 3)), None, 4)
+    wide = np.interp(wide, (wide.min(), wide.max()), (40, 220))
+    left, alike, right = (np.rint(image).astype(np.uint8) for image in (
+        wide[:, :-12], wide[:, 12:], exposure(wide[:, 12:])))
+    disparity, elsewhere = np.full(shape, np.float32(12)), random.random(shape) < share
+    disparity[elsewhere] = random.integers(0, 60, elsewhere.sum())
+    found = exposed_alike(left, right, Match(
+        disparity, np.ones_like(disparity), [], {}, False))
+    before, after = (abs(image.astype(float) - alike).mean() for image in (right, found))
+    assert (found is not right) == undone
+    assert not undone or before > 20 and after < 2
