@@ -205,6 +205,9 @@ def test_the_first_and_the_last_disparity_of_any_range_are_found_in_any_grey_lev
         profile, disparities, least, place, levels, seed):
     """Of random patches of 2 x 2 pixels in few or many grey levels, of 8 or 16 bits."""
     disparities = min(disparities, 24) if levels[1] == 1 else disparities
+    # `quality` moves the right image by the smallest disparity: of a negative one that loses its
+    # first columns, where the matches of the larger disparities are.
+    place = 0 if profile == 'quality' and least < 0 else place
     config = MatcherConfig.from_profile(
         profile, threads=1, generations=1, speckle_size=0, disparities=disparities,
         min_disparity=least)
@@ -217,4 +220,4 @@ def test_the_first_and_the_last_disparity_of_any_range_are_found_in_any_grey_lev
                    for begin in (margin, margin + shift))
     found = StereoMatcher(config).match(left, right).disparity[
         :, max(0, shift) + BORDER:columns - max(0, -shift) - BORDER]
-    assert np.mean(np.abs(found - shift) < 0.5) > 0.8
+    assert np.mean(np.abs(found - shift) < 0.5) > 0.98
