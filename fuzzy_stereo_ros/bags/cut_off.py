@@ -20,6 +20,7 @@ from typing import NamedTuple
 
 DISK_BLOCK = 4096   # bytes, of a file system
 CHECKED = 64        # of the last large messages in a database
+ROW = 64            # bytes, of a row beside its content, at the most
 TORN = 16           # zeros at the end of the last large message that show that it is not whole
 COMPUTED = re.compile(r'\bVIRTUAL\b|\bAS\b', re.IGNORECASE)   # of tables or columns, in SQL
 CHUNK, INDEX, MESSAGE, DESCRIPTION, END = 'chunk', 'index', 'message', 'description', 'end'
@@ -339,11 +340,16 @@ def _indexed_database(path):
     def content(row):
         return cut.execute('SELECT data FROM messages WHERE rowid = ?', (int(row),)).fetchone()[0]
 
-    def is_whole(row):
-        with suppress(sqlite3.Error):
-            # SQLite takes zeros for what a torn page lacks.
-            return content(row)[-TORN:] != bytes(TORN) or row != large[-1]
-        return False
+    def lost():
+        """Yield the rows of large messages that are not whole."""
+        is_last = True
+        for row in reversed(large):
+            with suppress(sqlite3.Error):
+                # SQLite takes zeros for a page that is not there, if no other one comes after it.
+                found, was_last, is_last = content(row), is_last, False
+                if found[-TORN:] != bytes(TORN) or not was_last and len(found) > 2 * DISK_BLOCK:
+                    continue
+            yield row
 
     try:
         cut.execute('PRAGMA writable_schema = ON')      # reads a file shorter than it says
@@ -360,8 +366,8 @@ def _indexed_database(path):
                           'data)')
             index.executemany('INSERT INTO messages VALUES (?, ?, ?, CAST(? AS BLOB))', _rows(
                 cut, sum(file.stat().st_size for file in (path, log_of(path)) if file), large))
-            lost = [row for row in large if not is_whole(row)]
-            index.execute('DELETE FROM main.messages WHERE id >= ?', (min(lost, default=1 << 62),))
+            index.execute('DELETE FROM main.messages WHERE id >= ?',
+                          (min(lost(), default=1 << 62),))
             index.commit()
     except BaseException:
         close()
@@ -380,6 +386,6 @@ def _rows(cut, left, large):
             if left < 0 or row <= before:       # in a torn page rows are zeros
                 return
             before = row
-            if size and size > page:
+            if size and size > page - ROW:
                 large.append(row)
             yield row, topic, log_time, str(row)
