@@ -10,7 +10,6 @@ from bench import datasets
 from bench.__main__ import main, SUITES
 import pandas as pd
 import pytest
-from rejected import rejection
 
 # What is said of rows, and of columns, that hold random noise.
 NOISE = re.compile(r'noise [1-9]|shot and read|sixth of the light|each part|Made|error, odd')
@@ -48,18 +47,3 @@ def test_a_suite_runs_in_its_short_form_and_fills_its_section(name, tmp_path, mo
     assert re.findall(r'!\[.+\]\((.+)\.svg\)', page) == PICTURES.get(name, [])
     for picture in PICTURES.get(name, []):
         assert ElementTree.parse(tmp_path / f'{picture}.svg').getroot().tag.endswith('svg')
-
-
-@pytest.mark.parametrize(('words', 'reason'), [
-    (['fast'], 'invalid choice'),
-    (['speed', '--repeats', '0'], '--repeats is 0'),
-    (['speed', '--quick', '--repeats', '0'], '--repeats is 0'),
-    (['speed', '--quick', '--only', 'middv2'], "--only is 'middv2'"),
-    (['speed', '--quick', '--python', 'no_python'], "--python is 'no_python'"),
-    (['accuracy', '--only', 'nothing'], "--only is 'nothing'"),
-    (['accuracy', '--data', 'nowhere'], 'no folder nowhere'),
-    (['accuracy', '--output', 'page.html'], 'suffix'),
-    (['accuracy', '--population', '0'], 'population is 0'),
-])
-def test_what_cannot_be_benchmarked_is_rejected_in_one_sentence(folder, words, reason, capsys):
-    assert reason in rejection(capsys, *words, run=main)

@@ -3,7 +3,7 @@
 """Parameters of the real node: one declaration, files that load, changes whole or not at all."""
 
 from bench.parameter_pages import parameter_file
-from fuzzy_stereo_ros.parameters.table import IGNORED_PARAMETERS, nearest, ROS_PARAMETERS
+from fuzzy_stereo_ros.parameters.table import IGNORED_PARAMETERS, ROS_PARAMETERS
 from made_messages import shows
 from made_scenes import shifted_pair
 from pages import block
@@ -45,16 +45,9 @@ def test_a_change_is_in_force_once_it_is_prepared(bench):
     assert bench.change(disparity_range=16, min_disparity=0) == (True, '')
 
 
-def test_a_change_that_is_not_allowed_changes_nothing(bench):
-    done, reason = bench.set_parameters(disparity_range=20, neighbourhood=4)
-    assert not done
-    assert reason == 'neighbourhood is 4; allowed are odd numbers from 1 to 31'
-    assert bench.parameters('disparity_range', 'neighbourhood') == [16, 25]
-    assert bench.match(*PAIR).max_disparity == 15.0
-
-
 @pytest.mark.parametrize('change, reason', [
     ({'disparity_range': 0}, 'disparity_range out of range'),
+    ({'neighbourhood': 4}, 'neighbourhood is 4; allowed are odd numbers from 1 to 31'),
     ({'profile': 'instant'}, "profile is 'instant'; allowed are "),
     ({'algorithm': 'luck'}, "algorithm is 'luck'; allowed are realtime, quality, paper"),
     ({'queue_size': 3}, 'read-only parameter: queue_size'),
@@ -131,10 +124,3 @@ def test_names_that_no_parameter_or_topic_has_are_told_once_with_what_may_be_mea
             'unknown parameters are ignored: disparities (did you mean disparity_range?), '
             'disparity_rang (did you mean disparity_range?), unheard')
         assert sum('WARN' in line for line in bench.node.log().splitlines()) == 2
-
-
-@pytest.mark.parametrize('name, meant', [
-    ('disparities', 'disparity_range'), ('aproximate_sync', 'approximate_sync'),
-    ('speckle_window_size', 'speckle_size'), ('zzz', None)])
-def test_the_nearest_name_is_suggested(name, meant):
-    assert nearest(name) == (f' (did you mean {meant}?)' if meant else '')

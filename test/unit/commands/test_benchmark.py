@@ -5,8 +5,6 @@ import json
 
 from fuzzy_stereo_ros.commands.benchmark import take_turns
 from fuzzy_stereo_ros.commands.command_line import main
-import pytest
-from rejected import rejection
 
 SMALL = ['--columns', '96', '--rows', '48', '--disparities', '16', '--repeats', '2']
 
@@ -38,12 +36,3 @@ def test_matchers_take_turns_and_the_first_turn_does_not_count():
     assert [turn['matcher'] for turn in turns] == list('ababab')
     assert all(turn['milliseconds'] > 0 and turn['processor'] >= 0 for turn in turns)
     assert ['stage' in turn for turn in turns] == [True, False] * 3
-
-
-@pytest.mark.parametrize('words, reason', [
-    (['--repeats', '0'], '--repeats is 0; allowed are 1 and more'),
-    (['--columns', '0'], 'columns is 0'),
-    (['--columns', '20', '--disparities', '64'], 'allowed are 1 to the 20 columns'),
-    (['--population', '0'], 'population is 0')])
-def test_what_cannot_be_measured_is_rejected_in_one_sentence(folder, words, reason, capsys):
-    assert reason in rejection(capsys, 'benchmark', *words)

@@ -34,13 +34,6 @@ PARAMETERS = {parameter.name: parameter for parameter in fields(MatcherConfig)}
 DISPARITIES = 16
 
 
-@pytest.fixture
-def folder(folder, pair):
-    """Work in a folder with a pair, its truth, and files that are bad in one way each."""
-    (folder / 'text.png').write_text('no image')
-    return folder
-
-
 def match_arguments(**changes):
     options = {'disparities': DISPARITIES, 'output': 'out.pfm', **changes}
     return ['match', 'left.png', 'right.png', *(
@@ -158,41 +151,6 @@ def test_the_kernels_are_ready_before_the_time_is_taken(folder, monkeypatch):
     monkeypatch.setattr(match_command, 'StereoMatcher', Watched)
     assert main(match_arguments()) == 0
     assert order == [('warm_up', 48, 80), 'match']
-
-
-BAD_INPUT = {
-    'no number': (match_arguments(disparities='many'), "'many' is no whole number, nor auto"),
-    'out of range': (match_arguments(mutation_rate=2),
-                     'mutation_rate is 2.0; allowed are numbers from 0'),
-    'too many disparities': (match_arguments(disparities=81), '80'),
-    'a missing image': (['match', 'left.png', 'none.png', *match_arguments()[3:]],
-                        'none.png cannot be read: No such file'),
-    'two sizes': (['match', 'left.png', 'small.png', *match_arguments()[3:]],
-                  'left.png is 80x48 and small.png is 79x48'),
-    'a folder as output': (match_arguments(output='folder.pfm'),
-                           'folder.pfm is a folder; name a file'),
-    'an input as output': (match_arguments(output='left.png'), 'which is also an input'),
-    'truth of another size': (match_arguments(ground_truth='small.png', ground_truth_scale=4),
-                              'small.png is 79x48, the images are 80x48'),
-    'depth without a camera': (match_arguments(depth='depth.pfm'),
-                               '--depth needs a baseline: give --calibration, or --focal and'),
-    'points of the right image': (match_arguments(points='points.ply', focal=100, baseline=1,
-                                                  reference='right'),
-                                  '--points is of the left image; leave out --reference'),
-    'a mask alone': (match_arguments(mask='visible.png'), '--mask needs --ground-truth'),
-}
-
-
-@pytest.mark.parametrize('case', BAD_INPUT)
-def test_bad_input_is_one_sentence_and_code_2_and_writes_nothing(
-        folder, capsys, monkeypatch, case):
-    """And it is told before the work begins, but for what only the matcher knows."""
-    arguments, words = BAD_INPUT[case]
-    if case != 'too many disparities':
-        monkeypatch.setattr(match_command, 'StereoMatcher', None)
-    (folder / 'folder.pfm').mkdir()
-    said = rejection(capsys, *arguments)
-    assert re.match(r'fuzzy-stereo( match)?: ', said) and words in said
 
 
 def test_an_output_that_cannot_be_written_is_named_and_leaves_nothing(

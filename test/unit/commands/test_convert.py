@@ -15,7 +15,6 @@ from hypothesis import given, HealthCheck, settings, strategies as st
 from hypothesis.extra import numpy as arrays
 import numpy as np
 import pytest
-from rejected import rejection
 
 NAN, INF = np.nan, np.inf
 FOCAL, BASELINE, OFFSET = 400.0, 0.25, -3.0
@@ -158,33 +157,3 @@ def test_nothing_is_overwritten_unless_it_is_asked_for(capsys):
     Path('c.pfm').mkdir()
     assert converted('a.npy', 'c.pfm', '--overwrite') == 2
     assert capsys.readouterr().err == 'fuzzy-stereo: c.pfm is a folder; name a file\n'
-
-
-@pytest.mark.parametrize('words, sentence', [
-    ('a.npy b.pfm --to depth', 'depth from disparity needs the cameras: give --focal and '
-     '--baseline, or --calibration with'),
-    ('a.npy b.ply --focal 0 --baseline 1', '--focal is 0; allowed are numbers above 0'),
-    ('a.npy b.ply --calibration calib.txt --focal 3', '--focal is part of --calibration already'),
-    ('a.npy b.ply --calibration calib.txt', 'calib.txt is of 9x5 pixels, but the images have 4x2'),
-    ('a.npy b.ply --focal 1 --baseline 1 --image small.png', 'small.png is 3x2, but there are'),
-    ('a.npy b.pfm --image small.png', '--image is for the colours of .ply, but b.pfm holds'),
-    ('a.npy depth.png --calibration calib.txt', '--calibration has no effect: depth.png is to '
-     'hold disparity, as a.npy does; give --to depth, or leave it out'),
-    ('a.npy b.pfm --from depth --baseline 2', '--baseline has no effect: b.pfm is to hold depth, '
-     'as a.npy does; give --to disparity, or leave it out'),
-    ('a.npy b.ply --to depth', 'b.ply cannot hold depth'),
-    ('a.ply b.npy', 'a.ply is a point cloud, which has no pixels; convert'),
-    ('a.npy b.tiff', "b.tiff has the suffix '.tiff'; allowed are .pfm, .npy, .png, and .ply for "
-     'points'),
-    ('a.npy no/b.npy', 'no/b.npy cannot be written: there is no folder no'),
-    ('a.npy b.pfm --scale 4', 'a.npy holds values already; a scale is for images'),
-    ('small.png b.pfm --from depth',
-     'small.png has 8 bits: give the scale, the grey levels of one metre'),
-    ('far.npy b.png', 'a disparity of 300 px does not fit into a KITTI .png')])
-def test_what_cannot_be_converted_is_one_sentence_and_code_2(words, sentence, capsys):
-    write_disparity('a.npy', np.ones((2, 4)))
-    write_disparity('far.npy', np.full((2, 4), 300.0))
-    write_image('small.png', np.zeros((2, 3), np.uint8))
-    write_middlebury_calibration('calib.txt', centred_calibration(1.0, 1.0, 0.0, 5, 9), (5, 9),
-                                 0, 8)
-    assert sentence in rejection(capsys, 'convert', *words.split())

@@ -3,7 +3,6 @@
 """`fuzzy-stereo evolve` tells and draws what happens, and rejects bad input in one sentence."""
 import json
 import os
-import re
 
 import cv2
 from fuzzy_stereo_ros.commands import evolve
@@ -15,7 +14,6 @@ from fuzzy_stereo_ros.parameters.options import option_name
 from fuzzy_stereo_ros.views import evolution
 from fuzzy_stereo_ros.views.evolution import STAY
 import pytest
-from rejected import rejection
 
 DISPARITIES = 16
 
@@ -86,26 +84,6 @@ def test_picture_and_video_are_written_and_printed_and_replace_others_where_that
     film = cv2.VideoCapture('there.mp4')
     assert film.get(cv2.CAP_PROP_FRAME_COUNT) == 2 + STAY
     assert not [name for name in os.listdir() if '.part' in name]
-
-
-BAD_INPUT = {
-    'a picture that exists': (words_for(picture='there.png'),
-                              '--picture is there.png, which exists; give --overwrite'),
-    'a picture of no format': (words_for(picture='out.jpg'), 'allowed are .png, .pdf, .svg'),
-    'a film of no format': (words_for(video='out.mov'), 'allowed are .mp4, .avi'),
-    'too many disparities': (words_for(disparities=81, video='out.mp4', picture='out.png'),
-                             '81 disparities are more than the 80 columns')}
-
-
-@pytest.mark.parametrize('case', BAD_INPUT)
-def test_bad_input_is_one_sentence_and_code_2_and_writes_nothing(
-        folder, capsys, monkeypatch, case):
-    """And it is told before the work begins, but for what only the matcher knows."""
-    words, told = BAD_INPUT[case]
-    if case != 'too many disparities':
-        monkeypatch.setattr(evolve, 'StereoMatcher', None)
-    said = rejection(capsys, *words)
-    assert re.match(r'fuzzy-stereo( evolve)?: ', said) and told in said
 
 
 def test_without_matplotlib_outputs_are_rejected_with_the_remedy(

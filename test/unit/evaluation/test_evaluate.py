@@ -25,10 +25,9 @@ from fuzzy_stereo_ros.pairs.image_files import write_image
 from fuzzy_stereo_ros.synthetic.scenes import make_pair
 import numpy as np
 import pytest
-from rejected import rejection
 from written_scenes import (
     COLUMNS as WIDTH, DISPARITIES, frames, in_kitti_steps, pair, ROWS, write_2014, write_frames,
-    write_images, write_kitti, write_masks, write_named, write_v2)
+    write_kitti, write_masks, write_named, write_v2)
 
 AS_IT_COMES, FILLED = 'as it comes', 'filled'
 KITTI_2015 = ('image_2', 'image_3'), ('disp_occ_0', 'disp_noc_0')
@@ -343,56 +342,17 @@ def test_a_missing_library_is_named_with_its_extra(
         "fuzzy-stereo: pandas is not installed: pip install 'fuzzy_stereo_ros[evaluate]'\n")
 
 
-@pytest.fixture
-def scene(tmp_path, monkeypatch):
-    """Work in a folder with a scene and results that are bad in one way each."""
-    monkeypatch.chdir(tmp_path)
-    made = pair()
-    write_named(tmp_path / 'scene', made)
-    for name in ('good', 'small', 'grey', 'many', 'empty', 'damaged', 'folder.csv'):
-        (tmp_path / name).mkdir()
-    write_disparity('good/scene.pfm', made.truth)
-    write_disparity('small/scene.pfm', made.truth[1:])
-    write_image('grey/scene.png', np.zeros((ROWS, WIDTH), np.uint8))
-    (tmp_path / 'many' / 'scene').mkdir()
-    for name in ('a', 'b'):
-        write_disparity(f'many/scene/{name}.npy', made.truth)
-    (tmp_path / 'damaged' / 'scene.pfm').write_text('nothing')
-    write_images(tmp_path / 'pictures', made, 'left.png', 'right.png')
-    return tmp_path
-
-
-@pytest.mark.parametrize(('words', 'reason'), [
-    (['scene', '--matcher', 'magic'], "matcher is 'magic'; allowed are ours, ours:realtime"),
-    (['scene', '--matcher', 'opencv:hh4:fast'], "matcher is 'opencv:hh4:fast'"),
-    (['scene', '--matcher'], 'no matcher is named'),
-    (['scene', '--repeats', '0'], '--repeats is 0; allowed are 1 and more'),
-    (['scene', '--truth-scale', '-2'], '--truth-scale is -2.0; allowed are numbers above 0'),
-    (['scene', '--csv', 'out.txt'], "out.txt, which has the suffix '.txt'; allowed is"),
-    (['scene', '--csv', 'folder.csv', '--overwrite'],
-     'folder.csv is a folder; name a file'),
-    (['scene', '--results', 'nothing'], '--results names nothing, but there is no such folder'),
-    (['scene', '--results', 'empty'], 'empty has no result of any scene; name the one of scene '
-                                      'empty/scene.pfm, .npy or .png'),
-    (['scene', '--results', 'small'], 'small/scene.pfm is 72x39, the images of scene are 72x40'),
-    (['scene', '--results', 'grey'], 'grey/scene.png has 8 bits; results are'),
-    (['scene', '--results', 'many'], 'many/scene has 2 files that end with .npy'),
-    (['scene', '--results', 'damaged'], 'damaged/scene.pfm is not a PFM file'),
-    (['scene', '--results', 'ours=good'], "two matchers have the name 'ours'"),
-    (['scene', '--results', 'good', '--results', 'good'], "two matchers have the name 'good'"),
-])
-def test_what_cannot_be_evaluated_is_rejected_in_one_sentence(scene, words, reason, capsys):
-    assert reason in rejection(capsys, 'evaluate', *words)
-
-
 @pytest.mark.parametrize(('words', 'reason'), [
     (['scene', '--disparities', '100'], 'scene, ours: 100 disparities are more than the 72 col'),
     (['low', '--matcher', 'opencv:bm', '--disparities', '9'],
      'low, opencv:bm: OpenCV cannot match 72x10 pixels with 9 disparities: '),
 ])
-def test_a_scene_that_cannot_be_matched_is_named_with_its_matcher(scene, words, reason, capsys):
-    write_named(scene / 'low', make_pair(10, WIDTH, 9))
+def test_a_scene_that_cannot_be_matched_is_named_with_its_matcher(
+        tmp_path, monkeypatch, words, reason, capsys):
+    monkeypatch.chdir(tmp_path)
+    write_named(tmp_path / 'scene', pair())
+    write_named(tmp_path / 'low', make_pair(10, WIDTH, 9))
     assert main(['evaluate', *words, '--csv', 'out.csv']) == 2
     printed = capsys.readouterr()
     assert reason in printed.err.splitlines()[-1]
-    assert not printed.out and not (scene / 'out.csv').exists()
+    assert not printed.out and not (tmp_path / 'out.csv').exists()

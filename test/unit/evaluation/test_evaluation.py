@@ -2,7 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Figures of a map are what a person counts by hand."""
 import io
-import math
 
 from fuzzy_stereo_ros.evaluation.report import markdown, Report, Table
 from fuzzy_stereo_ros.evaluation.scores import error_map, flicker, score
@@ -14,30 +13,14 @@ import numpy as np
 import pytest
 
 NAN = np.nan
-TRUTH = np.array([[10, 10, 10, 10, NAN], [100, 100, 100, np.inf, 100]], np.float32)
-FOUND = np.array([[10, 11, 11.5, NAN, 7], [104, 106, 96.5, 3, 100]], np.float32)
-
-
-def test_the_figures_are_those_counted_by_hand():
-    """Errors over the 8 pixels with truth: 0, 1, 1.5, invalid; 4, 6, 3.5, 0."""
-    figures = score(FOUND, TRUTH)
-    assert figures.pixels == 8
-    assert figures.density == pytest.approx(100 * 7 / 8)
-    assert figures.bad_sparse == pytest.approx(
-        {0.5: 500 / 7, 1: 400 / 7, 2: 300 / 7, 3: 300 / 7, 4: 100 / 7})
-    assert figures.bad_dense == pytest.approx(
-        {0.5: 75, 1: 62.5, 2: 50, 3: 50, 4: 25})
-    assert figures.d1_sparse == pytest.approx(100 / 7)  # 6 of 100 is above 5 percent, 4 is not
-    assert figures.d1_dense == pytest.approx(25)
-    assert figures.average_error == pytest.approx(16 / 7)
-    assert figures.rms_error == pytest.approx(math.sqrt((1 + 2.25 + 16 + 36 + 12.25) / 7))
+FOUND = np.ones((2, 5), np.float32)
 
 
 def test_maps_of_different_shapes_are_rejected():
     with pytest.raises(ValueError, match=r'truth has the shape \(1, 5\), the disparity \(2, 5\)'):
-        score(FOUND, TRUTH[:1])
+        score(FOUND, FOUND[:1])
     with pytest.raises(ValueError, match=r'mask has the shape \(2, 4\)'):
-        score(FOUND, TRUTH, np.ones((2, 4)))
+        score(FOUND, FOUND, np.ones((2, 4)))
 
 
 def share(flags):
@@ -67,6 +50,11 @@ def test_figures_are_those_of_each_pixel_of_a_mask_of_bool_or_grey(found, truth,
     assert figures.d1_dense == pytest.approx(share([
         error > 3 and error > 0.05 * abs(other) for error, (_, other) in zip(errors, pairs)]),
         nan_ok=True)
+    assert figures.d1_sparse == pytest.approx(share([
+        error > 3 and error > 0.05 * abs(other) for error, (_, other) in zip(errors, pairs)
+        if error < np.inf]), nan_ok=True)
+    assert figures.rms_error == pytest.approx(
+        np.sqrt(np.mean(np.square(valid))) if valid else NAN, nan_ok=True)
     assert figures.average_error == pytest.approx(np.mean(valid) if valid else NAN, nan_ok=True)
     expected = np.array([abs(one - other) if math.isfinite(one - other) else NAN
                          for one, other in every], np.float32)

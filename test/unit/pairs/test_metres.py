@@ -48,15 +48,6 @@ def test_depth_is_focal_length_times_baseline_by_the_corrected_disparity(dispari
     np.testing.assert_array_equal(disparity, given_disparity)
 
 
-@pytest.mark.parametrize('offset, disparity, depth', [
-    (0.0, 20.0, 10.0), (0.0, np.nan, np.nan), (0.0, 0.0, np.inf), (0.0, -0.0, np.inf),
-    (0.0, -3.0, np.inf), (-1e-42, 0.0, np.inf), (-2.0, -1.0, 200.0), (-2.0, -2.0, np.inf),
-    (4.0, 3.0, np.inf), (4.0, 8.0, 50.0), (4.0, np.nan, np.nan)])
-def test_depth_is_infinite_where_a_valid_pixel_is_too_far(offset, disparity, depth):
-    found = made_calibration(offset).depth(np.full((3, 11), disparity, np.float32))
-    np.testing.assert_array_equal(found, np.full((3, 11), depth, np.float32))
-
-
 @pytest.mark.parametrize('depth, millimetres', [
     (np.nan, 0), (np.inf, 0), (0.0004, 0), (0.0006, 1), (1.2344, 1234), (1.2346, 1235),
     (65.5344, 65534), (65.535, 65535), (65.536, 0), (70.0, 0), (131.07, 0), (2.2e6, 0),

@@ -24,22 +24,6 @@ def filled(disparity, offset=0.0, **config):
                           MatcherConfig(**config))
 
 
-def test_a_disparity_message_is_filled_as_the_contract_says():
-    message = filled([[5.0, np.nan, -0.3, 63.4] * 25] * 80, disparities=64)
-    assert stamp_of(message.header) == stamp_of(message.image.header) == 12_000_000_345
-    assert message.header.frame_id == message.image.header.frame_id == 'left_optical'
-    assert (message.f, message.t, message.delta_d) == (200.0, 0.12, 1 / 16)
-    assert (message.min_disparity, message.max_disparity) == (0.0, 63.0)
-    assert (message.image.encoding, message.image.is_bigendian) == ('32FC1', 0)
-    assert (message.image.height, message.image.width, message.image.step) == (80, 100, 400)
-    assert isinstance(message.image.data, array)
-    assert message.image.data.typecode == 'B'
-    np.testing.assert_array_equal(values_of(message.image)[0, :4], [5.0, -1.0, 0.0, 63.0])
-    window = message.valid_window
-    assert (window.x_offset, window.y_offset, window.width, window.height) == (63, 0, 37, 80)
-    assert window.do_rectify is False
-
-
 def test_the_step_of_a_message_is_the_one_the_matcher_rounds_to():
     assert DISPARITY_STEP == 1 / STEPS
     assert filled([[5.0]], algorithm='paper').delta_d == 1.0

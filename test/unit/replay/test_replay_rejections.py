@@ -6,12 +6,10 @@ import io
 import sys
 
 from fuzzy_stereo_ros import __version__
-from fuzzy_stereo_ros.commands.command_line import main
 from fuzzy_stereo_ros.pairs.image_files import write_image
 from fuzzy_stereo_ros.replay import segments
 from fuzzy_stereo_ros.replay.report import ProgressBar
 from made_bags import disparities, scene, TOPICS, write_bag
-import numpy as np
 import pytest
 from replayed import clean_rejection, on_a_terminal, replay, run
 
@@ -32,16 +30,12 @@ segments.match_or_reject = lambda pair, matcher: os._exit(1)
 
 @pytest.fixture
 def folder(folder):
-    """Work in a folder with a bag, one without calibration, and frames of two cameras."""
+    """Work in a folder with a bag, frames of two cameras and a video."""
     write_bag(folder / 'bag')
-    write_bag(folder / 'bare', infos=False)
     for side in ('left', 'right'):
         (folder / side).mkdir()
         for number, pair in enumerate(scene(2)):
             write_image(folder / side / f'{side}_{number}.png', getattr(pair, side))
-    (folder / 'names').mkdir()
-    write_image(folder / 'names' / 'a.png', np.zeros((4, 4), np.uint8))
-    (folder / 'film.mp4').write_bytes(b'no video')
     (folder / 'before.avi').write_text('the one before')
     return folder
 
@@ -50,78 +44,6 @@ def folder(folder):
 def rejected(folder, capfd):
     """Return a function that gives the sentence of a replay, after which nothing is written."""
     return partial(clean_rejection, capfd)
-
-
-SENTENCES = [
-    # ---- topics and parts of a bag ----
-    ('bag --left nothing', '--left is /nothing, which is no topic of images in bag; there are '
-     '/left/image_rect, /right/image_rect'),
-    ('bag --keep /nothing', '--keep names /nothing, which is not in bag; there are '
-     '/left/camera_info, /left/image_rect, /right/camera_info, /right/image_rect'),
-    ('bag --start 5', '--start is 5; bag is 0.167 s long'),
-    ('bag --start -1', '--start is -1; bag is 0.167 s long'),
-    ('bag --duration 0', '--duration is 0; allowed are numbers above 0'),
-    ('bag --every 0', '--every is 0; allowed are whole numbers from 1'),
-    ('bag --duration 1e-9', 'bag: no messages were synchronised; '),
-    # ---- cameras ----
-    ('bare --with depth', 'bare, without camera_info beside /left/image_rect and '
-     '/right/image_rect, needs the cameras: give --focal and --baseline, or --calibration with a '
-     'calibration file'),
-    ('bag --focal 200', 'a calibration that is not that of the bag needs the cameras: give '
-     '--baseline'),
-    ('bare --focal 200 --baseline -1', '--baseline is -1; allowed are numbers above 0'),
-    ('bare --calibration missing.yaml b.yaml', 'missing.yaml'),
-    ('bare --focal 200 --baseline 1 --rectify', '--rectify and --crop need the calibration of '
-     'both raw cameras: those of a bag, or --calibration with files of both'),
-    # ---- outputs ----
-    ('bag --format none', '--format none leaves no output; give --files or --video'),
-    ('bag --format none --files npy --keep', '--keep copies topics into a bag, but --format none '
-     'writes none; leave one of the two out'),
-    ('bag --format none --files npy --with points2', '--with adds topics to a bag, but --format '
-     'none writes none; leave one of the two out'),
-    ('bag --files png --min-disparity -3', '--files png holds 0 to 255 px'),
-    ('bag --files png --min-disparity 250', '--files png holds 0 to 255 px'),
-    ('bag --video before.avi', '--video is before.avi, which exists; give another file, or '
-     '--overwrite'),
-    ('bag --video before.avi --resume', '--resume cannot continue before.avi; leave out --video, '
-     'or start over with --overwrite'),
-    ('bag --format none --video a.avi --resume', '--resume continues a bag or --files; there is '
-     'neither'),
-    # ---- values as those of parameters ----
-    ('bag --disparities 0', 'disparities is 0'),
-    ('bag --queue-size 0', 'queue_size is 0; allowed are whole numbers from 1 to 1000000'),
-    ('bag --depth-encoding x', "depth_encoding is 'x'; allowed are 32FC1, 16UC1"),
-    ('bag --scale 0.3', 'scale is 0.3; allowed are 1, 0.5, 0.25'),
-    # ---- frames ----
-    ('left names', 'left and names: names as left_0 and a do not tell which images belong '
-     'together; give those of a pair one name, number or time'),
-    ('names', 'names has no folders left and right, and no images that are named by their camera '
-     '(left_0.png and right_0.png); name two folders'),
-    ('left right names', 'two folders, videos or patterns in quotes'),
-    ('film.mp4', 'film.mp4 is not a video that OpenCV can read'),
-    ('film.mp4 left', 'one is a video, the other is not'),
-    ('left no*.png', 'no*.png has no images (.png, '),
-    ('left right --keep', '--keep names topics of a bag'),
-    ('left right --rate 0', '--rate is 0; allowed are numbers above 0'),
-    ('left right --with depth', 'needs the cameras: give --focal and'),
-    # ---- workers ----
-    ('bag --workers 0', '--workers is 0; allowed are whole numbers from 1'),
-    ('bag --workers 2 --scheduler tcp://127.0.0.1:1', '--workers starts workers, --scheduler uses '
-     'those of a cluster: give one of them')]
-
-
-@pytest.mark.parametrize('words, sentence', SENTENCES, ids=[words for words, _ in SENTENCES])
-def test_what_makes_no_sense_is_rejected_in_one_sentence(rejected, words, sentence):
-    places, dashes, options = words.partition('--')
-    assert sentence in rejected(*places.split(), options=(dashes + options).split())
-
-
-def test_a_bag_needs_a_folder_and_two_folders_are_no_pair_of_images(folder, capsys):
-    assert main(['replay', 'bag', '--video', 'video.avi', '--disparities', '16']) == 2
-    assert capsys.readouterr().err == (
-        'fuzzy-stereo: --output is missing; give a new folder for the results\n')
-    assert main(['match', 'left', 'right', '--disparities', '16', '--output', 'a.pfm']) == 2
-    assert 'fuzzy-stereo replay left right --output matched' in capsys.readouterr().err
 
 
 def test_without_dask_and_rosbags_the_sentence_says_what_to_install(rejected, monkeypatch):

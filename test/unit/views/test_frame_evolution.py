@@ -89,7 +89,7 @@ def test_genes_are_of_the_half_size_map_then_of_the_previous_best_until_a_cut(pr
 
 
 @pytest.mark.parametrize('profile', [
-    pytest.param('realtime', marks=pytest.mark.slow), 'fast', 'paper_live'])
+    pytest.param('paper_live', marks=pytest.mark.slow), 'fast'])
 def test_two_folders_are_a_sequence_of_frames(folders, tmp_path, capsys, profile):
     pytest.importorskip('matplotlib')
     picture, film = tmp_path / 'frames.png', tmp_path / 'frames.avi'

@@ -217,7 +217,3 @@ def test_what_lies_outside_the_range_takes_the_colour_of_its_end():
     below, low, high, above = colour_disparity(np.array([[-9.0, 5, 20, 99]]), 5, 20)[0]
     assert np.array_equal(below, low) and np.array_equal(above, high)
     assert not np.array_equal(low, high)
-
-
-def test_a_range_of_one_disparity_has_a_colour():
-    assert colour_disparity(np.full((2, 2), 3.0), 3, 3).shape == (2, 2, 3)
