@@ -13,14 +13,6 @@ from pages import FENCE, ROOT, said, text_of
 import pytest
 
 
-def test_every_page_of_the_folder_is_in_the_contents():
-    listed = text_of('docs/index.md')
-    for page in (ROOT / 'docs').glob('*.md'):
-        assert page.stem == 'index' or f'\n{page.stem}\n' in listed, page.name
-    for page in [*ROOT.glob('*.md'), ROOT / 'CHANGELOG.rst']:
-        assert f'\n../{page.stem}\n' in listed, page.name
-
-
 SKIPPED = {'build', 'dist', 'install', 'log', 'test'}
 PAGES = sorted(path.relative_to(ROOT).as_posix()
                for suffix in ('md', 'rst') for path in ROOT.rglob(f'*.{suffix}')

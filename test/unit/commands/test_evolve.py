@@ -86,15 +86,6 @@ def test_picture_and_video_are_written_and_printed_and_replace_others_where_that
     assert not [name for name in os.listdir() if '.part' in name]
 
 
-def test_without_matplotlib_outputs_are_rejected_with_the_remedy(
-        folder, capsys, monkeypatch):
-    monkeypatch.setattr(evolve, 'find_spec', lambda name: None)
-    assert main(words_for(picture='out.png')) == 2
-    assert '--picture needs matplotlib, which is not installed: pip install matplotlib' in \
-        capsys.readouterr().err
-    assert main(words_for()) == 0
-
-
 def test_an_interrupted_video_has_the_observed_generations(folder, monkeypatch, capsys):
     observe_generations = evolve.observe_generations
 

@@ -1,6 +1,9 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """What a command cannot do is one sentence and code 2, told before the work, nothing written."""
+import re
+import sys
+
 from bench.__main__ import main as bench
 from fuzzy_stereo_ros.commands import evolve, match
 from fuzzy_stereo_ros.commands.command_line import main
@@ -143,6 +146,18 @@ SENTENCES = [
     ('bench accuracy --output page.html', 'suffix'),
     ('bench accuracy --population 0', 'population is 0')]
 
+# What is not installed, a command that needs it, and one that does not.
+ROSBAGS = 'rosbags', 'rosbags.rosbag2', 'rosbags.typesys'
+WITHOUT = [
+    (['pandas'], 'evaluate scene', 'evaluate', ''),
+    (['jinja2'], 'evaluate scene --html page.html', 'evaluate', 'evaluate scene --repeats 1'),
+    (['matplotlib'], EVOLVE + '16 --picture a.png', 'matplotlib', EVOLVE + '16'),
+    (['distributed'], 'replay bag --output out --workers 2', 'cluster', ''),
+    (ROSBAGS, 'replay bag --output out', 'bags', ''),
+    (ROSBAGS, 'replay frames --output out', 'bags',
+     'replay frames --format none --output {} --files npy --disparities 16'),
+    (ROSBAGS, 'synthesise --output out --format bag', 'bags', 'synthesise --output {} --rows 9')]
+
 
 @pytest.fixture(scope='module')
 def files(tmp_path_factory):
@@ -187,3 +202,17 @@ def test_what_makes_no_sense_is_rejected_in_one_sentence(
     told = rejection(capsys, *(rest if name == 'bench' else [name, *rest]),
                      run=bench if name == 'bench' else main)
     assert sentence in told
+
+
+@pytest.mark.parametrize('names, words, extra, others', WITHOUT)
+def test_a_library_that_is_not_installed_is_asked_for_where_it_is_needed_alone(
+        files, tmp_path, monkeypatch, capsys, names, words, extra, others):
+    monkeypatch.chdir(files)
+    for name in ('summary', 'report'):      # imported anew
+        monkeypatch.delitem(sys.modules, f'fuzzy_stereo_ros.evaluation.{name}', raising=False)
+    for name in names:
+        monkeypatch.setitem(sys.modules, name, None)
+    monkeypatch.setattr(evolve, 'find_spec', {'matplotlib': None}.get)
+    assert main(words.split()) == 2
+    assert re.search(f'not installed: pip install .*{extra}', capsys.readouterr().err)
+    assert not others or main(others.format(tmp_path / 'out').split()) == 0

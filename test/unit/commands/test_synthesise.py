@@ -5,7 +5,6 @@ import json
 import os
 from pathlib import Path
 import shlex
-import sys
 from unittest import mock
 
 from fuzzy_stereo_ros.commands import synthesise
@@ -158,12 +157,4 @@ def test_what_ends_half_way_leaves_nothing_behind(error, code, words, capsys):
     with mock.patch.object(synthesise, 'write_disparity', side_effect=error):
         assert synthesised(*SMALL) == code
     assert words in capsys.readouterr().err
-    assert os.listdir() == []
-
-
-def test_a_bag_without_rosbags_is_rejected_with_what_to_install(monkeypatch, capsys):
-    for name in ('rosbags', 'rosbags.rosbag2', 'rosbags.typesys'):
-        monkeypatch.setitem(sys.modules, name, None)
-    assert synthesised(*SMALL, '--format', 'bag') == 2
-    assert "pip install 'fuzzy_stereo_ros[bags]'" in capsys.readouterr().err
     assert os.listdir() == []

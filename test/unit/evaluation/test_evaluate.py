@@ -5,7 +5,6 @@ from contextlib import redirect_stderr, redirect_stdout
 import csv
 import io
 import json
-import sys
 
 from bench.scoring import DEFAULT
 import cv2
@@ -331,16 +330,6 @@ def test_csv_and_json_hold_the_same_records(written):
 
 
 # Bad input.
-
-def test_a_missing_library_is_named_with_its_extra(
-        tmp_path, monkeypatch, capsys):
-    for name in ('summary', 'report'):      # imported anew
-        monkeypatch.delitem(sys.modules, f'fuzzy_stereo_ros.evaluation.{name}', raising=False)
-    monkeypatch.setitem(sys.modules, 'pandas', None)
-    assert main(['evaluate', str(tmp_path)]) == 2
-    assert capsys.readouterr().err == (
-        "fuzzy-stereo: pandas is not installed: pip install 'fuzzy_stereo_ros[evaluate]'\n")
-
 
 @pytest.mark.parametrize(('words', 'reason'), [
     (['scene', '--disparities', '100'], 'scene, ours: 100 disparities are more than the 72 col'),

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Figures of a map are what a person counts by hand."""
 import io
+import math
 
 from fuzzy_stereo_ros.evaluation.report import markdown, Report, Table
 from fuzzy_stereo_ros.evaluation.scores import error_map, flicker, score

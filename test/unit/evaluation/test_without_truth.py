@@ -4,7 +4,6 @@
 import csv
 import json
 from pathlib import Path
-import sys
 
 from fuzzy_stereo_ros.commands.command_line import main
 from fuzzy_stereo_ros.pairs.image_files import write_image
@@ -74,15 +73,6 @@ def test_a_folder_of_scenes_is_measured_scene_by_scene_and_in_the_mean(folder, c
     _made('empty')
     assert main(['evaluate', 'empty']) == 2
     assert 'there is no scene below empty' in capsys.readouterr().err
-
-
-def test_the_tables_need_no_jinja2_and_a_page_says_that_it_does(folder, capsys, monkeypatch):
-    monkeypatch.setitem(sys.modules, 'jinja2', None)
-    words = ['evaluate', 'left', 'right', '--frames', '1', '--repeats', '1']
-    assert main(words) == 0
-    assert 'Without ground truth' in capsys.readouterr().out
-    assert main([*words, '--html', 'page.html']) == 2
-    assert capsys.readouterr().err.startswith('fuzzy-stereo: jinja2 is not installed')
 
 
 def test_a_single_pair_has_no_flicker_and_the_page_has_its_pictures(folder, capsys):

@@ -3,7 +3,6 @@
 """Bad input to `fuzzy-stereo replay` is one sentence, exit code 2, and nothing written."""
 from functools import partial
 import io
-import sys
 
 from fuzzy_stereo_ros import __version__
 from fuzzy_stereo_ros.pairs.image_files import write_image
@@ -44,19 +43,6 @@ def folder(folder):
 def rejected(folder, capfd):
     """Return a function that gives the sentence of a replay, after which nothing is written."""
     return partial(clean_rejection, capfd)
-
-
-def test_without_dask_and_rosbags_the_sentence_says_what_to_install(rejected, monkeypatch):
-    with monkeypatch.context() as patch:
-        patch.setitem(sys.modules, 'distributed', None)
-        assert rejected('bag', options=['--workers', 2]) == (
-            "distributed is not installed: pip install 'fuzzy_stereo_ros[cluster]'")
-    for name in ('rosbags', 'rosbags.rosbag2', 'rosbags.typesys'):
-        monkeypatch.setitem(sys.modules, name, None)
-    for inputs in (['bag'], ['left', 'right']):
-        assert "pip install 'fuzzy_stereo_ros[bags]'" in rejected(*inputs)
-    assert replay('left', 'right', output='maps', options=[
-        '--format', 'none', '--files', 'npy']) == 0
 
 
 def test_pairs_that_are_all_bad_leave_nothing_and_the_video_before(rejected, folder):
