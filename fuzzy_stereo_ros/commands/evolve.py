@@ -11,6 +11,7 @@ from fuzzy_stereo_ros.commands.shared_options import (
     add_truth_options, checked_outputs, for_json, truth_and_mask)
 from fuzzy_stereo_ros.evaluation.scores import score
 from fuzzy_stereo_ros.matching import StereoMatcher
+from fuzzy_stereo_ros.matching.matcher import checked_pair
 from fuzzy_stereo_ros.pairs.frames import Frames
 from fuzzy_stereo_ros.pairs.image_files import read_pair
 from fuzzy_stereo_ros.parameters.options import add_matcher_options, matcher_config
@@ -74,6 +75,7 @@ def run(arguments, stream, progress_stream=None):
     if truth is not None and not score(truth, truth, mask).pixels:      # no curve can be drawn
         raise ValueError(f'no pixel of {arguments.ground_truth} counts: it has no valid ones, or '
                          '--mask leaves none of them')
+    checked_pair(left, right, config)       # before kernels are compiled
     StereoMatcher(config).warm_up(*left.shape[:2])
     course = Course(config, truth, mask, len(pairs or ()), arguments.profile)
     film = EvolutionFilm(outputs['video'], course) if 'video' in outputs else None

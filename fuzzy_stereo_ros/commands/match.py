@@ -11,6 +11,7 @@ from fuzzy_stereo_ros.commands.shared_options import (
     add_truth_options, checked_outputs, for_json, truth_and_mask, UNTOUCHED)
 from fuzzy_stereo_ros.evaluation.scores import score
 from fuzzy_stereo_ros.matching import StereoMatcher
+from fuzzy_stereo_ros.matching.matcher import checked_pair
 from fuzzy_stereo_ros.matching.plausibility import PlausibilityCheck
 from fuzzy_stereo_ros.matching.row_offsets import row_offset_in_words
 from fuzzy_stereo_ros.matching.search_range import search_range
@@ -133,6 +134,7 @@ def run(arguments, stream):
     if automatic:
         first, count = search_range([(left, right)], config.threads)
         config = replace(config, min_disparity=first, disparities=count)
+    checked_pair(left, right, config)       # before kernels are compiled
     matcher = StereoMatcher(config)
     matcher.warm_up(*left.shape[:2])
     if saved is not None:
