@@ -80,7 +80,7 @@ class SimulatedCameras(Node):
 
 
 def info_message(camera):
-    """Return the sensor_msgs/CameraInfo of a `RosCamera`, without a header."""
+    """Return the sensor_msgs/CameraInfo of a `Camera`, without a header."""
     return CameraInfo(**{**vars(camera), 'roi': RegionOfInterest(**vars(camera.roi))})
 
 

@@ -27,7 +27,7 @@ MOST_ALIASES = 16      # in a YAML text: each nested alias can double the data i
 
 
 @dataclass(frozen=True)
-class RosCamera:
+class Camera:
     """The fields of a sensor_msgs/CameraInfo, without its header."""
 
     height: int
@@ -50,7 +50,7 @@ def centred_calibration(focal, baseline, offset, rows, columns):
 
 
 def rectified_cameras(calibration, rows, columns):
-    """Return {'left': RosCamera, 'right': RosCamera} of a rectified pair with a Calibration."""
+    """Return {'left': Camera, 'right': Camera} of a rectified pair with a Calibration."""
     fx, fy, cx, cy = calibration.left
     focal = calibration.focal
     return {'left': _rectified(fx, fy, cx, cy, 0.0, rows, columns),
@@ -59,12 +59,12 @@ def rectified_cameras(calibration, rows, columns):
 
 
 def _rectified(fx, fy, cx, cy, tx, rows, columns):
-    return RosCamera(rows, columns, k=(fx, 0.0, cx, 0.0, fy, cy, 0.0, 0.0, 1.0),
-                     p=(fx, 0.0, cx, tx, 0.0, fy, cy, 0.0, 0.0, 0.0, 1.0, 0.0))
+    return Camera(rows, columns, k=(fx, 0.0, cx, 0.0, fy, cy, 0.0, 0.0, 1.0),
+                  p=(fx, 0.0, cx, tx, 0.0, fy, cy, 0.0, 0.0, 0.0, 1.0, 0.0))
 
 
 def write_camera(path, camera, name):
-    """Write a RosCamera as YAML, with its name; OSError if it cannot be written."""
+    """Write a Camera as YAML, with its name; OSError if it cannot be written."""
     import yaml     # here, as few users of this module need it
 
     content = {'image_width': camera.width, 'image_height': camera.height, 'camera_name': name}
@@ -78,7 +78,7 @@ def write_camera(path, camera, name):
 
 
 def read_camera(path):
-    """Return the RosCamera of a YAML file; ValueError unless it is as `write_camera` writes."""
+    """Return the Camera of a YAML file; ValueError unless it is as `write_camera` writes."""
     text, matrices = read_bytes(path), {}
     try:
         content = read_yaml(text)
@@ -89,8 +89,8 @@ def read_camera(path):
                                  f'{rows * columns}')
         shape = tuple(map(content['distortion_coefficients'].get, ('rows', 'cols')))
         names = map(content.get, ('distortion_model', 'camera_model'))
-        return RosCamera(int(content['image_height']), int(content['image_width']), **matrices,
-                         distortion_model=model_of(names, shape))
+        return Camera(int(content['image_height']), int(content['image_width']), **matrices,
+                      distortion_model=model_of(names, shape))
     except (ValueError, TypeError, KeyError, OverflowError) as error:
         reason = f'it has no {error}' if isinstance(error, KeyError) else ' '.join(
             str(error).split())

@@ -3,7 +3,7 @@
 """
 Read the calibrations that people have: a table of formats, told apart by their content.
 
-To add a format, add a row to FORMATS. A reader returns the two cameras of a pair, as RosCamera,
+To add a format, add a row to FORMATS. A reader returns the two cameras of a pair, as Camera,
 whose K, D, R and P rectify raw images; where a file has only how the raw cameras stand to each
 other, OpenCV's stereoRectify makes R and P; where it has only rectified ones, R is `UNKNOWN`. P is
 in the unit of the format, which `read_cameras` makes metres.
@@ -18,8 +18,7 @@ from typing import NamedTuple
 import cv2
 from fuzzy_stereo_ros.pairs.calibration import read_calibration
 from fuzzy_stereo_ros.pairs.camera_files import (
-    centred_calibration, EQUIDISTANT, lens_of, read_camera, read_yaml, rectified_cameras,
-    RosCamera)
+    Camera, centred_calibration, EQUIDISTANT, lens_of, read_camera, read_yaml, rectified_cameras)
 from fuzzy_stereo_ros.pairs.image_files import read_bytes
 from fuzzy_stereo_ros.pairs.stereo_pair import BadPair, Calibration, Projection
 import numpy as np
@@ -61,7 +60,7 @@ class Format(NamedTuple):
 
 def read_cameras(paths, shape=None, offset=0.0, unit=None, images=()):
     """
-    Return the left and the right RosCamera of calibration files, of any of FORMATS.
+    Return the left and the right Camera of calibration files, of any of FORMATS.
 
     shape: (R, C) of the images; None = as the files say. offset: px, cx of the left camera minus
     that of the right one, for the ROS YAML of the right camera alone. unit: of UNITS, of the
@@ -187,9 +186,9 @@ def _opencv(paths, contents, shape, images):
 
 
 def _only_rectified(projections, shape):
-    """Return the RosCamera of each P, (3, 4), of a shape or None."""
-    return tuple(RosCamera(*(shape or (0, 0)), k=tuple(p[:, :3].ravel()), p=tuple(p.ravel()),
-                           r=UNKNOWN) for p in projections)
+    """Return the Camera of each P, (3, 4), of a shape or None."""
+    return tuple(Camera(*(shape or (0, 0)), k=tuple(p[:, :3].ravel()), p=tuple(p.ravel()),
+                        r=UNKNOWN) for p in projections)
 
 
 def _kalibr(paths, contents, shape, images):
@@ -245,7 +244,7 @@ def _depthai(paths, contents, shape, images):
 
 
 def _rectified(left, right, rotation, translation, shape):
-    """Return both RosCamera by stereoRectify, K scaled to a shape; BadPair for two kinds."""
+    """Return both Camera by stereoRectify, K scaled to a shape; BadPair for two kinds."""
     if (left.model == EQUIDISTANT) != (right.model == EQUIDISTANT):
         raise BadPair('calibration', f'the lenses are {left.model} and {right.model}; a pair '
                       'needs two fisheyes or none, or R1, R2, P1 and P2 of both')
@@ -280,7 +279,7 @@ def _of_size(one, shape):
 
 def _camera(one, rotation, projection, shape):
     model = 'rational_polynomial' if one.d.size > 5 else one.model
-    return RosCamera(*(shape or (0, 0)), *(tuple(map(float, np.ravel(values))) for values in (
+    return Camera(*(shape or (0, 0)), *(tuple(map(float, np.ravel(values))) for values in (
         one.k, projection, rotation, one.d)), distortion_model=model)
 
 

@@ -164,7 +164,7 @@ class CameraOptions:
 
     def cameras(self, shape, purpose, raw=False, images=(), needed=ABOVE_ZERO):
         """
-        Return (left, right), each a `RosCamera`, and where they are from, in words.
+        Return (left, right), each a `Camera`, and where they are from, in words.
 
         shape: (R, C) of the images; purpose: what needs cameras, for the error; raw: whether the
         images have to be rectified; images: their paths, see `read_cameras`; needed: options that

@@ -3,8 +3,7 @@
 """Cameras in files come back as they were, and a file that says something else is rejected."""
 from fuzzy_stereo_ros.pairs.calibration import expected_size, read_calibration
 from fuzzy_stereo_ros.pairs.camera_files import (
-    read_camera, rectified_cameras, RosCamera, write_camera,
-    write_middlebury_calibration)
+    Camera, read_camera, rectified_cameras, write_camera, write_middlebury_calibration)
 from fuzzy_stereo_ros.pairs.camera_formats import read_cameras
 from fuzzy_stereo_ros.pairs.stereo_pair import Calibration, Projection
 from hypothesis import given, HealthCheck, settings, strategies as st
@@ -45,7 +44,7 @@ def assert_same(found, known):
        d=st.lists(numbers, max_size=14).map(tuple), rows=st.integers(1, 9999),
        model=st.sampled_from(['plumb_bob', 'rational_polynomial', 'equidistant']))
 def test_a_camera_comes_back_from_its_file_to_the_last_bit(tmp_path, k, p, r, d, rows, model):
-    camera = RosCamera(rows, 640, k, p, r, d, model)
+    camera = Camera(rows, 640, k, p, r, d, model)
     write_camera(tmp_path / 'left.yaml', camera, 'made/left')
     assert read_camera(tmp_path / 'left.yaml') == camera
 
@@ -79,6 +78,6 @@ def test_a_file_that_is_not_there_is_rejected(tmp_path):
     for name in ('calib.txt', 'right.yaml'):
         with pytest.raises(ValueError, match=f'{name} cannot be read: No such file'):
             read_cameras([tmp_path / name])
-    write_camera(tmp_path / 'one.yaml', RosCamera(4, 4, 9 * (1.0,), 12 * (1.0,)), 'one')
+    write_camera(tmp_path / 'one.yaml', Camera(4, 4, 9 * (1.0,), 12 * (1.0,)), 'one')
     with pytest.raises(ValueError, match='one.yaml and .*one.yaml and .*one.yaml; allowed'):
         read_cameras(3 * [tmp_path / 'one.yaml'])
