@@ -146,7 +146,7 @@ class RowAlignment:
 
     def _is_sure(self, rows, shape):
         measured = self.measured(rows, shape)
-        return measured is not None and measured.spread.max() < LEAST_DOUBT
+        return measured is not None and measured.doubts_at_places.max() < LEAST_DOUBT
 
     def _searched(self, pool, rows, left, right):
         """Return the Rows with the offset of features, if block matching confirms it."""

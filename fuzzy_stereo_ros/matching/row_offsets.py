@@ -155,10 +155,10 @@ class Misalignment(NamedTuple):
     def deviation(self, terms):
         """Return by how much, px, the offset surely differs from terms (4,) at most, anywhere."""
         differences = np.abs(PLACES @ (self.terms - terms))
-        return float(np.max(differences - CERTAIN * self.spread))
+        return float(np.max(differences - CERTAIN * self.doubts_at_places))
 
     @property
-    def spread(self):
+    def doubts_at_places(self):
         """Standard deviations of the offset at PLACES, px: float64 (9,)."""
         return np.sqrt(PLACES**2 @ np.square(self.doubts))
 
@@ -359,7 +359,7 @@ def normalised(image):
 
 
 def reduced(image, pixel):
-    """Return a grey image of larger pixels, less rows and columns that fill none, but one."""
+    """Return a grey image of larger pixels, at least one; rows and columns left over are cut."""
     rows, columns = (max(side // pixel, 1) for side in image.shape)
     return image if pixel == 1 else cv2.resize(
         image[:rows * pixel, :columns * pixel], (columns, rows), interpolation=cv2.INTER_AREA)

@@ -133,8 +133,8 @@ def test_corners_of_the_first_pair_are_measured_where_its_features_leave_doubt(
     features = Rows().with_points(feature_offsets(left, right, 0, 32), (rows, columns))
     alone = features.measured((rows, columns))
     assert len(matcher.rows.points) > len(features.points) or (
-        alone is not None and alone.spread.max() < LEAST_DOUBT)
-    if alone is not None and alone.spread.max() < LEAST_DOUBT:
+        alone is not None and alone.doubts_at_places.max() < LEAST_DOUBT)
+    if alone is not None and alone.doubts_at_places.max() < LEAST_DOUBT:
         np.testing.assert_array_equal(matcher.rows.points, features.points)
     matcher.match(left, right)      # every other one of the first pairs is measured
     assert matcher.rows.points[-1, 3] > 0 or alone is None
