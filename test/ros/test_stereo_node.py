@@ -233,6 +233,7 @@ def test_cameras_with_frames_and_focal_lengths_of_their_own_are_matched_in_the_l
     def differ(messages):
         for topic in ('right/image_rect', 'right/camera_info'):
             messages[topic].header.frame_id = 'right_camera_optical_frame'
+        messages['left/camera_info'].header.frame_id = 'somewhere_else'
         messages['left/camera_info'].p[0] = 201.0
 
     mark = bench.node.mark()

@@ -111,7 +111,7 @@ def test_every_complete_chunk_before_the_cut_is_read_as_it_was_written(
     cut, written = whole[:int(share * len(whole))], written(what)
     path = tmp_path / f'cut{SUFFIXES[form]}'
     path.write_bytes(cut + end)
-    least = int(share * PAIRS) - (4 if form == 'sqlite3' else CHUNK)
+    least = int(share * PAIRS) - (3 if form == 'sqlite3' else CHUNK)
     try:
         read, losses = read_all(path)
     except ValueError as rejection:
