@@ -114,6 +114,18 @@ def test_compressed_images_and_several_bags_are_matched_too(folder):
     assert_matched(disparities(folder / 'out'), pairs)
 
 
+def test_options_of_the_node_reach_what_reads_the_pairs(folder, capsys):
+    write_bag(folder / 'bag')
+    assert figures(capsys, 'bag', options=['--scale', '0.5'])['pairs']['matched'] == 6
+    assert {values.shape for values in disparities(folder / 'out').values()} == {
+        (ROWS // 2, COLUMNS // 2)}
+    for _, _, message in content(folder / 'out', '/disparity'):
+        half = MatcherConfig(disparities=DISPARITIES).at_scale(0.5)
+        assert (message.f, message.max_disparity) == (FOCAL / 2, half.disparities - 1)
+    assert rejection(capsys, 'bag', output='other', options=['--scale', '0.3']) == (
+        'scale is 0.3; allowed are 1, 0.5, 0.25')
+
+
 def test_raw_images_are_rectified_where_that_is_asked_for(folder, capsys):
     topics = [topic.replace('rect', 'raw') for topic in TOPICS]
 
