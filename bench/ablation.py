@@ -8,19 +8,18 @@ still, pans and drives; of `quality` on pairs alone.
 """
 from functools import partial
 from statistics import median
-from typing import NamedTuple
 
 from bench.draws import by_draw, in_words, means_over_draws, over_draws, with_draw
 from bench.request import figures_of_sequence, report_of, Subject
 from bench.scoring import bad_percent
-from bench.variants import DEFAULT, FAST, QUALITY, REALTIME
+from bench.variants import AS_IT_IS, FAST, QUALITY, REALTIME
 from bench.warm import walks
 from fuzzy_stereo_ros.evaluation.matchers import fastest
 from fuzzy_stereo_ros.evaluation.report import Table
 from fuzzy_stereo_ros.matching.row_offsets import grey
 import pandas as pd
 
-PROFILES = {'realtime': REALTIME, 'fast': FAST, 'quality': QUALITY}
+VARIANTS = *REALTIME, *FAST, *QUALITY
 NOISE = 1.5             # grey levels, of pairs alone
 ALONE, ON_GREY = 'cold', 'cold, grey'
 KINDS = {'still, noise 1.5': 'still', 'pan 2 px, noise 1.5': 'pan'}     # of bench.warm
@@ -31,31 +30,18 @@ SHOWN = ALONE, ON_GREY, *KINDS.values(), 'drives'
 TIMES = {'time, cold': (ALONE,), 'time, over frames': SHOWN[2:]}
 
 
-class Course(NamedTuple):
-    """A `ScoredSequence` and what it stands for in the table."""
-
-    sequence: object
-    kind: str
-    noise: float
-
-    @property
-    def path(self):
-        """Its name, as progress shows it."""
-        return self.sequence.path
-
-
 def run(request):
     """Return the `Report` of what each part of each profile earns."""
     scenes, skipped = request.scenes()
     sequences, missing = request.sequences(scenes)
     pairs = [scene for scene in scenes if scene.group != 'made'] or scenes
-    moving = [Course(one, KINDS[one.group.partition(', ')[2]], one.noise)
+    moving = [Subject(one, KINDS[one.group.partition(', ')[2]], one.noise)
               for one in walks(scenes, request.quick, [*KINDS], FRAMES, every=2)]
-    moving += [Course(one, 'drives', one.noise) for one in sequences if one.group in DRIVES]
+    moving += [Subject(one, 'drives', one.noise) for one in sequences if one.group in DRIVES]
     classic = [scene for scene in scenes if scene.group == CLASSIC] or scenes[:1]
     alone, over_frames, slow = request.drawn(
         ([Subject(scene, ALONE, NOISE) for scene in pairs], 'pairs', on_pair),
-        (moving, 'over frames', on_course),
+        (moving, 'over frames', on_frames),
         ([Subject(scene, ALONE, 0) for scene in classic], 'quality',
          partial(on_pair, profiles=('quality',))))
     found = pd.concat([alone, over_frames])
@@ -83,23 +69,22 @@ def on_pair(subject, draw, profiles=('realtime', 'fast')):
     pair, = with_draw([known], noise, draw, alike=False)
     for kind, images in ((ALONE, (pair.left, pair.right)),
                          (ON_GREY, (grey(pair.left), grey(pair.right)))):
-        for profile in profiles:
-            for one in PROFILES[profile]:
-                matcher = one.matcher(profile, scene.disparities, warm_start=False)
-                matcher.warm_up(*known.left.shape[:2])
-                match, milliseconds = fastest(partial(matcher.match, *images), 1, processor=True)
-                found.append({'profile': profile, 'name': one.name, 'kind': kind,
-                              'scene': scene.path, 'time': milliseconds,
-                              'error': bad_percent(match.disparity, known, scene.limit)})
+        for one in (variant for variant in VARIANTS if variant.profile in profiles):
+            matcher = one.matcher(scene.disparities, warm_start=False)
+            matcher.warm_up(*known.left.shape[:2])
+            match, milliseconds = fastest(partial(matcher.match, *images), 1, processor=True)
+            found.append({'profile': one.profile, 'name': one.name, 'kind': kind,
+                          'scene': scene.path, 'time': milliseconds,
+                          'error': bad_percent(match.disparity, known, scene.limit)})
     return found
 
 
-def on_course(course, draw):
-    """Return dicts as `on_pair` does, of the frames of a Course; its time is the median."""
-    one, found = course.sequence, []
-    frames = one.drawn(draw)
-    matchers = {(profile, variant.name): variant.matcher(profile, one.disparities, warm_start=True)
-                for profile in ('realtime', 'fast') for variant in PROFILES[profile]}
+def on_frames(subject, draw):
+    """Return dicts as `on_pair` does, of a `ScoredSequence`; its time is the median of frames."""
+    one, kind, _ = subject
+    frames, found = one.drawn(draw), []
+    matchers = {(variant.profile, variant.name): variant.matcher(one.disparities, warm_start=True)
+                for variant in (*REALTIME, *FAST)}
     maps, times = ({which: [] for which in matchers} for _ in range(2))
     for known in frames:
         for which, matcher in matchers.items():
@@ -108,7 +93,7 @@ def on_course(course, draw):
             maps[which].append(match.disparity)
             times[which].append(milliseconds)
     for (profile, name), several in maps.items():
-        found.append({'profile': profile, 'name': name, 'kind': course.kind, 'scene': one.path,
+        found.append({'profile': profile, 'name': name, 'kind': kind, 'scene': one.path,
                       'time': median(times[profile, name][1:]),
                       'error': figures_of_sequence(one, frames, several)['error']})
     return found
@@ -128,7 +113,7 @@ def genetic_table(found):
 def shares(found):
     """Return a Series of the times by profile and name, of that as it is."""
     times = found.pivot_table('time', ['profile', 'scene', 'kind', 'draw'], 'name', sort=False)
-    times = times.div(times[DEFAULT.name], axis=0).groupby('profile', sort=False).median()
+    times = times.div(times[AS_IT_IS], axis=0).groupby('profile', sort=False).median()
     return times.stack()
 
 

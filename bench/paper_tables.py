@@ -93,8 +93,8 @@ def operators_table(scene, draw):
     """Return a dict for each variant of the operators: scene, line, and figures of `attempt`."""
     pair = scene.read()
     return _lines(scene, {variant.name: attempt(
-        paper_config(scene.disparities, **variant.changes), pair,
-        stages=variant.stages) for variant in PAPER_OPERATORS})
+        variant.config(scene.disparities), pair, stages=variant.stages)
+        for variant in PAPER_OPERATORS})
 
 
 def _lines(scene, found):

@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Variants of the profiles for the ablation: parts removed, or replaced by the paper's."""
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import partial
 
 from fuzzy_stereo_ros.evaluation.matchers import Ours
@@ -19,17 +19,7 @@ from fuzzy_stereo_ros.matching.realtime.warm_start import WarmStart
 import numpy as np
 
 
-@dataclass(frozen=True)
-class Variant:
-    """A profile with changed parameters, {name: value}, or stages; None: its own."""
-
-    name: str
-    changes: dict = field(default_factory=dict)
-    stages: object = None
-
-    def matcher(self, profile, disparities, **forced):
-        """Return its `StereoMatcher`; forced: {parameter: value}."""
-        return Ours(self.name, profile, self.changes, self.stages).matcher(disparities, **forced)
+AS_IT_IS = 'as it is'
 
 
 class WholeMember:
@@ -73,40 +63,31 @@ class OwnGenes(Generation):
         return super().select(chain, half._replace(prior=self._held), None, self._held)
 
 
-DEFAULT = Variant('as it is')
-
-
 def _genetic(profile):
     """Return the variants of `realtime` or `fast`."""
     own = STAGES[MatcherConfig.from_profile(profile).planes]
-    changes = {'without the previous best': {'previous_best': WarmStart.no_previous_best},
+    changes = {AS_IT_IS: {},
+               'without the previous best': {'previous_best': WarmStart.no_previous_best},
                'without genes of neighbours': {'generation': OwnGenes},
                'without mutation by one': {'generation': partial(own.generation, mutation=0)}}
     if own is STAGES[True]:
         changes.update({'without planes': {'mutation': NotMutated},
                         'without votes of plain regions': {'vote': NotMutated}})
-    return DEFAULT, *(Variant(name, stages=own._replace(**stages))
-                      for name, stages in changes.items())
+    return [Ours(name, profile, stages=own._replace(**stages)) for name, stages in changes.items()]
 
 
 REALTIME, FAST = map(_genetic, ('realtime', 'fast'))
 
 
-def _quality_without(*names):
-    """Return the stages of `quality` without the named operators."""
-    return QualityStages(operators={name: operator for name, operator in OPERATORS.items()
-                                    if name not in names})
-
-
-QUALITY = (
-    DEFAULT,
-    Variant('no crossover: a proposal as a whole', stages=QualityStages(
-        crossover=lambda rows, columns, neighbours: WholeMember(rows, columns))),
-    Variant("the paper's line crossover", stages=QualityStages(
-        crossover=lambda rows, columns, neighbours: Line())),
-    Variant('no mutation', stages=_quality_without('segments')),
-    Variant('no evidence asked for', stages=QualityStages(evidence=lambda *_: None)),
-)
+QUALITY = [Ours(name, 'quality', stages=stages) for name, stages in {
+    AS_IT_IS: None,
+    'no crossover: a proposal as a whole': QualityStages(
+        crossover=lambda rows, columns, neighbours: WholeMember(rows, columns)),
+    "the paper's line crossover": QualityStages(
+        crossover=lambda rows, columns, neighbours: Line()),
+    'no mutation': QualityStages(operators={
+        name: operator for name, operator in OPERATORS.items() if name != 'segments'}),
+    'no evidence asked for': QualityStages(evidence=lambda *_: None)}.items()]
 
 
 @dataclass(frozen=True)
@@ -153,18 +134,17 @@ def _times_of_a_population():
     return round(config.mutation_rate * children)
 
 
-ALONE = Variant(
-    'one chromosome, as many mutations', {'population': 1, 'mutation_rate': 1.0},
+ALONE = Ours(
+    'one chromosome, as many mutations', 'paper', {'population': 1, 'mutation_rate': 1.0},
     PaperStages(crossover=copy_parents, fusion=None,
                 mutation=Repeated(PaperStages().mutation, _times_of_a_population())))
 # The operators of the uniform reading, one exchanged at a time, at equal work: as many patches.
-PAPER_OPERATORS = (
-    DEFAULT, ALONE,
-    Variant('no crossover: neither regions nor fusion',
-            stages=PaperStages(crossover=copy_parents, fusion=None)),
-    Variant('no mutation', stages=PaperStages(mutation=no_mutation)),
-    Variant('no fusion', stages=PaperStages(fusion=None)),
-    Variant("the paper's line crossover, no fusion", stages=PaperStages(
-        crossover=operators.cross_at_lines, fusion=None)),
-    Variant('no crossover of regions', stages=PaperStages(crossover=copy_parents)),
-    Variant('no selection', stages=PaperStages(selection=select_blindly)))
+PAPER_OPERATORS = [Ours(AS_IT_IS, 'paper'), ALONE, *(
+    Ours(name, 'paper', stages=PaperStages(**stages)) for name, stages in {
+        'no crossover: neither regions nor fusion': {'crossover': copy_parents, 'fusion': None},
+        'no mutation': {'mutation': no_mutation},
+        'no fusion': {'fusion': None},
+        "the paper's line crossover, no fusion": {
+            'crossover': operators.cross_at_lines, 'fusion': None},
+        'no crossover of regions': {'crossover': copy_parents},
+        'no selection': {'selection': select_blindly}}.items())]
