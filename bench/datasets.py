@@ -224,9 +224,9 @@ def window(scene, pan, frames=WINDOW_FRAMES):
     return [cropped(pair, pair.truth.shape[0], width, pan * frame) for frame in range(frames)]
 
 
-def cropped(pair, rows, columns, first_column=0):
+def cropped(pair, rows, columns, first_column=0, first_row=0):
     """Return a part of a `ScoredPair`; pixels matched outside of it do not count."""
-    part = slice(0, rows), slice(first_column, first_column + columns)
+    part = slice(first_row, first_row + rows), slice(first_column, first_column + columns)
     inside = np.arange(columns) - pair.truth[part] >= 0
     counts = inside if pair.counts is None else inside & pair.counts[part]
     return ScoredPair(np.ascontiguousarray(pair.left[part]),

@@ -6,10 +6,10 @@ A phase of the demo: publish pairs of a sequence at a rate, and compute figures 
 The sequence is a window that pans over the Motorcycle pair of scikit-image, with ground truth.
 """
 from dataclasses import dataclass, field
+from itertools import pairwise
 import time
-from typing import NamedTuple
 
-from bench.datasets import read_motorcycle
+from bench.datasets import cropped, read_motorcycle
 from fuzzy_stereo_ros.evaluation.report import mean, Table
 from fuzzy_stereo_ros.evaluation.scores import flicker, score
 from fuzzy_stereo_ros.pairs.messages import stamp_of
@@ -20,22 +20,6 @@ STEP = 2                    # px, horizontal motion per frame
 TIMEOUT = 5.0               # s without any result, after which pairs count as lost
 NOT_MATCHED = 'pairs dropped', 'pairs rejected'     # keys of the node's diagnostics
 WAITING = 'pairs waiting'   # another key; includes the pair that is being matched
-
-
-class WindowPair(NamedTuple):
-    """
-    The content of the window in one frame.
-
-    left, right: uint8 (R, C, 3) BGR.
-    truth: float32 (R, C), pixels, x_left - x_right, left-referenced, NaN = unknown.
-    first_row, first_column: position of the window in the whole images.
-    """
-
-    left: np.ndarray
-    right: np.ndarray
-    truth: np.ndarray
-    first_row: int
-    first_column: int
 
 
 class MotorcycleWindow:
@@ -53,15 +37,15 @@ class MotorcycleWindow:
     def __init__(self):
         self._pair = read_motorcycle()
 
-    def frame(self, number):
-        """Return the `WindowPair` of a frame; the window reverses at the images' borders."""
+    def place(self, number):
+        """Return the first column and row of the window, which reverses at the borders."""
         rows, columns = self._pair.truth.shape
-        row = _back_and_forth(number // 2, rows - ROWS)
-        column = _back_and_forth(STEP * number, columns - COLUMNS)
-        shown = (slice(row, row + ROWS), slice(column, column + COLUMNS))
-        return WindowPair(np.ascontiguousarray(self._pair.left[shown]),
-                          np.ascontiguousarray(self._pair.right[shown]),
-                          self._pair.truth[shown], row, column)
+        return (_back_and_forth(STEP * number, columns - COLUMNS),
+                _back_and_forth(number // 2, rows - ROWS))
+
+    def frame(self, number):
+        """Return the `ScoredPair` of the window in a frame."""
+        return cropped(self._pair, ROWS, COLUMNS, *self.place(number))
 
 
 def _back_and_forth(distance, length):
@@ -104,16 +88,11 @@ class Phase:
 
         received: list of (frame number, disparity) as of `play`. sequence: a MotorcycleWindow.
         """
-        previous = None
-        for number, disparity in received:
-            shown = sequence.frame(number)
-            self.scores.append(score(disparity, shown.truth))
-            if previous is not None:
-                last, last_disparity = previous
-                shift = (last.first_row - shown.first_row,
-                         last.first_column - shown.first_column)
-                self.flickers.append(flicker(last_disparity, disparity, shift))
-            previous = shown, disparity
+        self.scores += [score(disparity, sequence.frame(number).truth)
+                        for number, disparity in received]
+        for (last, before), (number, after) in pairwise(received):
+            across, down = np.subtract(sequence.place(last), sequence.place(number)).tolist()
+            self.flickers.append(flicker(before, after, (down, across)))
 
 
 def play(listener, cameras, sequence, phase, frames, rate, progress=lambda: None):
