@@ -135,7 +135,7 @@ def _ours(ours, frames, disparities, threads, name):
 
 def _baseline(baseline, greys, disparities):
     """Return a function that matches a frame."""
-    matcher = baseline.matcher(MIDDLEBURY, disparities)
+    matcher = baseline.matcher(MIDDLEBURY, disparities).opencv
 
     def work(frame):
         matcher.compute(*greys[frame])

@@ -46,18 +46,15 @@ class Baseline:
     tuned: bool = False
     rejects_zero: bool = False  # a disparity of 0 is invalid: better if nothing is infinitely far
 
-    def settings(self, family):
-        """Return its `Settings` for a family."""
-        return TUNED_SETTINGS[family][self.algorithm] if self.tuned else Settings()
-
     def matcher(self, family, disparities):
         """Return its `PreparedBaseline`: from 0 to the next multiple of 16 disparities."""
-        return PreparedBaseline(self.algorithm, self.settings(family), disparities,
+        settings = TUNED_SETTINGS[family][self.algorithm] if self.tuned else Settings()
+        return PreparedBaseline(self.algorithm, settings, disparities,
                                 padded=self.tuned, rejects_zero=self.rejects_zero)
 
 
 class PreparedBaseline:
-    """One of OpenCV's matchers for many pairs; `compute`, its own work, can be timed alone."""
+    """One of OpenCV's matchers for many pairs; `opencv`, that alone, computes of `images`."""
 
     def __init__(self, algorithm, settings, disparities, padded, rejects_zero=False):
         """Make OpenCV's matcher of `Settings`; padded: whether the left border is matched."""
@@ -70,19 +67,15 @@ class PreparedBaseline:
         return tuple(cv2.copyMakeBorder(grey(image), 0, 0, self.padding, 0, cv2.BORDER_REPLICATE)
                      for image in (left, right))
 
-    def compute(self, left, right):
-        """Return OpenCV's result on two of `images`: int16, sixteenths of a pixel."""
-        return self.opencv.compute(left, right)
-
     def disparity(self, found):
-        """Return the result of `compute` without padding: float32 (R, C), px, NaN = invalid."""
+        """Return what `opencv` computed without padding: float32 (R, C), px, NaN = invalid."""
         found = found[:, self.padding:]
         valid = found > 0 if self.rejects_zero else found >= 0
         return np.where(valid, found / np.float32(SIXTEENTHS), np.nan).astype(np.float32)
 
     def match(self, left, right):
         """Return the disparities of two images: float32 (R, C), pixels, NaN = invalid."""
-        return self.disparity(self.compute(*self.images(left, right)))
+        return self.disparity(self.opencv.compute(*self.images(left, right)))
 
 
 def _opencv_matcher(algorithm, settings, labels):

@@ -115,7 +115,8 @@ class OpenCV(Baseline):
         def match(_, pair):
             images = matcher.images(*in_eight_bits_alike(pair.left, pair.right))
             try:
-                found, milliseconds = fastest(lambda: matcher.compute(*images), task.repeats)
+                found, milliseconds = fastest(
+                    lambda: matcher.opencv.compute(*images), task.repeats)
             except cv2.error as error:
                 raise ValueError(
                     f'OpenCV cannot match {width_by_height(pair.left)} pixels with '
