@@ -18,14 +18,14 @@ def make_pictured_street(rows, columns, disparities, frames, seed, **options):
     """
     import skimage.data     # takes a second
 
-    options = SceneOptions(colour=True, **options)
+    options = SceneOptions(rows, columns, disparities, frames, seed, colour=True, **options)
     rig = rig_of(rows, columns, disparities, FOCAL * columns, BASELINE)
     pictures = [_coloured(getattr(skimage.data, name)()) for name in PICTURES]
     planes = []
-    for number, plane in enumerate(street(rig, disparities, frames, seed, options)):
+    for number, plane in enumerate(street(rig, options)):
         layers, mean = picture_layers(pictures[(seed + number) % len(pictures)])
         planes.append(plane._replace(layers=layers, mean=mean))
-    return drive_through(rig, planes, frames, seed, options)
+    return drive_through(rig, planes, options)
 
 
 def picture_layers(picture):

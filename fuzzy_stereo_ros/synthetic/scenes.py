@@ -55,10 +55,11 @@ SCENE_PARAMETERS = {row.name: row for row in (
     Parameter('offset', 0.0, 'cx of the left camera minus that of the right one', -4096.0, 4096.0,
               'px'),
 )}
+GIVEN = 'rows', 'columns', 'disparities', 'frames', 'seed'
 # Of make_sequence, where nothing moves by itself and there is no noise.
-USUAL = {name: row.default for name, row in SCENE_PARAMETERS.items() if name not in (
-    'columns', 'rows', 'disparities', 'frames', 'seed', *CAMERA)} | {'pan': 0.0, 'noise': 0.0}
-SceneOptions = namedtuple('SceneOptions', USUAL, defaults=USUAL.values())
+USUAL = {name: row.default for name, row in SCENE_PARAMETERS.items()
+         if name not in (*GIVEN, *CAMERA)} | {'pan': 0.0, 'noise': 0.0}
+SceneOptions = namedtuple('SceneOptions', (*GIVEN, *USUAL), defaults=USUAL.values())
 
 
 class ScenePair(NamedTuple):
@@ -83,9 +84,8 @@ def make_sequence(rows, columns, disparities, frames, seed=0, **options):
     min_disparity + disparities - 1. With pan the scene moves to the left. Raises
     ValueError for a size, a count or a number of bits that is not allowed.
     """
-    options = SceneOptions(**options)
-    for name, value in {'rows': rows, 'columns': columns, 'disparities': disparities,
-                        'frames': frames, **options._asdict()}.items():
+    options = SceneOptions(rows, columns, disparities, frames, seed, **options)
+    for name, value in options._asdict().items():
         SCENE_PARAMETERS[name].checked(value)
     if disparities > columns:
         raise ValueError(f'disparities is {disparities}; allowed are 1 to the {columns} columns')
@@ -95,27 +95,23 @@ def make_sequence(rows, columns, disparities, frames, seed=0, **options):
                 raise ValueError(f'{name} is {getattr(options, name)} and drive is '
                                  f'{options.drive:g}; a street has no {name}: give one of the two')
         rig = rig_of(rows, columns, disparities, FOCAL * columns, BASELINE)
-        return drive_through(rig, street(rig, disparities, frames, seed, options), frames, seed,
-                             options)
+        return drive_through(rig, street(rig, options), options)
     y, x = np.mgrid[0:rows, 0:columns].astype(np.float64)
-    pan = options.pan
-    span = (min(0.0, pan * (frames - 1)), columns + max(0.0, pan * (frames - 1)))
-    world = World(rows, columns, disparities, span, options)
-    surfaces = surfaces_of(world, seed)
-    return (_pair(partial(_view, [place(surface, frame, world) for surface in surfaces]),
-                  x + pan * frame, y, frame, seed, options) for frame in range(frames))
+    surfaces = surfaces_of(options)
+    return (_pair(partial(_view, [place(surface, frame, options) for surface in surfaces]),
+                  x + options.pan * frame, y, frame, options) for frame in range(frames))
 
 
-def drive_through(rig, planes, frames, seed, options):
+def drive_through(rig, planes, options):
     """Return an iterator over each `ScenePair` of a drive; planes: of `street`, which see."""
     y, x = np.mgrid[0:rig.rows, 0:rig.columns].astype(np.float64)
     return (_pair(partial(look, rig, planes, frame, pose(rig, frame, options.drive, options.pan)),
-                  x, y, frame, seed, options) for frame in range(frames))
+                  x, y, frame, options) for frame in range(options.frames))
 
 
-def _pair(view, x, y, frame, seed, options):
+def _pair(view, x, y, frame, options):
     left, right, truth, visible = _drawn(view, x, y)
-    random = np.random.default_rng([seed, 1, frame])
+    random = np.random.default_rng([options.seed, 1, frame])
     gain = 1.0 + options.flicker * np.sin(2 * np.pi * frame / 8)
     return ScenePair(_expose(left, gain, options, random),
                      _expose(right, gain * options.exposure, options, random),
@@ -180,74 +176,67 @@ class Surface(NamedTuple):
     texture: np.ndarray
 
 
-class World(NamedTuple):
-    """The values that all surfaces of a scene share."""
-
-    rows: int
-    columns: int
-    disparities: int
-    span: tuple         # first and last x, px, that the left image shows in any frame
-    options: tuple      # SceneOptions
+def span_of(options):
+    """Return the first and last x, px, that the left image shows in any frame."""
+    moved = options.pan * (options.frames - 1)
+    return min(0.0, moved), options.columns + max(0.0, moved)
 
 
-def surfaces_of(world, seed):
+def surfaces_of(options):
     """Return the surfaces of a scene: background, objects, poles."""
-    options = world.options
-    random, random_of_thin = (np.random.default_rng([seed, word]) for word in (0, 2))
-    return [background(random, world),
-            *(standing_object(random, SHAPES[index % 3], world)
+    random, random_of_thin = (np.random.default_rng([options.seed, word]) for word in (0, 2))
+    return [background(random, options),
+            *(standing_object(random, SHAPES[index % 3], options)
               for index in range(options.objects)),
-            *(thin_pole(random_of_thin, world) for _ in range(options.poles))]
+            *(_upright(random_of_thin, 'pole', (random_of_thin.uniform(*THIN),
+                                                0.45 * options.rows), options)
+              for _ in range(options.poles))]
 
 
-def background(random, world):
+def background(random, options):
     """Return the plane behind all others, slanted over the lowest 40 % of the disparities."""
-    last = world.options.min_disparity + world.disparities - 1
-    reach = max(abs(world.options.min_disparity), abs(last))
-    low, high = world.span[0] - reach, world.span[1] + reach
-    half = ((high - low) / 2, world.rows / 2)
-    spread = 0.4 * (world.disparities - 1) / 2
+    last = options.min_disparity + options.disparities - 1
+    reach = max(abs(options.min_disparity), abs(last))
+    first, end = span_of(options)
+    low, high = first - reach, end + reach
+    half = ((high - low) / 2, options.rows / 2)
+    spread = 0.4 * (options.disparities - 1) / 2
     share = random.uniform(0.3, 0.7)
     slope = (random.choice((-1, 1)) * share * spread / half[0],
              random.choice((-1, 1)) * (1 - share) * spread / half[1])
-    return Surface('background', ((low + high) / 2, (world.rows - 1) / 2), half, 0.0,
-                   world.options.min_disparity + spread, slope, (0.0, 0.0),
-                   _texture(random, half, world))
+    return Surface('background', ((low + high) / 2, (options.rows - 1) / 2), half, 0.0,
+                   options.min_disparity + spread, slope, (0.0, 0.0),
+                   _texture(random, half, options))
 
 
-def standing_object(random, shape, world):
+def standing_object(random, shape, options):
     """Return a plane of one of the SHAPES in the highest 60 % of the disparities."""
-    rows, columns = world.rows, world.columns
+    rows, columns = options.rows, options.columns
     half = {'pole': (max(1.5, 0.006 * columns), 0.45 * rows),
             'ellipse': (random.uniform(0.08, 0.2) * columns, random.uniform(0.12, 0.3) * rows),
             'box': (random.uniform(0.08, 0.2) * columns, random.uniform(0.12, 0.3) * rows)}[shape]
-    return _upright(random, shape, half, world)
+    return _upright(random, shape, half, options)
 
 
-def thin_pole(random, world):
-    """Return a pole of 1 to 3 pixels in the highest 60 % of the disparities."""
-    return _upright(random, 'pole', (random.uniform(*THIN), 0.45 * world.rows), world)
-
-
-def _upright(random, shape, half, world):
-    slack = 0.1 * (world.disparities - 1)
-    low = world.options.min_disparity + 0.4 * (world.disparities - 1)
-    high = world.options.min_disparity + world.disparities - 1
+def _upright(random, shape, half, options):
+    slack = 0.1 * (options.disparities - 1)
+    low = options.min_disparity + 0.4 * (options.disparities - 1)
+    high = options.min_disparity + options.disparities - 1
     tilt = random.uniform(-0.15, 0.15)
     extent = half[0] + abs(tilt) * half[1]
     share = random.uniform(0.2, 0.8)
     slope = (random.choice((-1, 1)) * min(STEEPEST, share * slack / extent),
              random.choice((-1, 1)) * (1 - share) * slack / half[1])
-    return Surface(shape, (random.uniform(*world.span), random.uniform(0.2, 0.8) * world.rows),
-                   half, tilt, random.uniform(low + slack, high - slack), slope,
-                   tuple(random.uniform(-world.options.motion, world.options.motion, 2)),
-                   _texture(random, (extent, half[1]), world))
+    centre = random.uniform(*span_of(options)), random.uniform(0.2, 0.8) * options.rows
+    return Surface(shape, centre, half, tilt, random.uniform(low + slack, high - slack),
+                   slope, tuple(random.uniform(-options.motion, options.motion, 2)),
+                   _texture(random, (extent, half[1]), options))
 
 
-def _texture(random, half, world):
+def _texture(random, half, options):
     """Return noise of five octaves, float32 (2 half + margin, 3 or 1), in 8-bit grey levels."""
     width, height = (int(np.ceil(2 * side)) + 16 for side in half)
-    channels = 3 if world.options.colour else 1
+    channels = 3 if options.colour else 1
     total = np.zeros((height, width, channels), np.float32)
     for octave in range(1, 6):
         coarse = random.standard_normal(
@@ -256,10 +245,10 @@ def _texture(random, half, world):
                           interpolation=cv2.INTER_CUBIC)
         total += fine.reshape(*fine.shape[:2], channels)[:height, :width]
     return (random.uniform(70, 180, channels).astype(np.float32)
-            + 15 * world.options.contrast * total)
+            + 15 * options.contrast * total)
 
 
-def place(surface, frame, world):
+def place(surface, frame, options):
     """Return the surface at its position in a frame; its motion reverses at the borders."""
     def position(start, speed, low, high):
         length = max(high - low, 1.0)
@@ -269,8 +258,8 @@ def place(surface, frame, world):
     if surface.velocity == (0.0, 0.0):
         return surface
     return surface._replace(centre=(
-        position(surface.centre[0], surface.velocity[0], *world.span),
-        position(surface.centre[1], surface.velocity[1], 0, world.rows - 1)))
+        position(surface.centre[0], surface.velocity[0], *span_of(options)),
+        position(surface.centre[1], surface.velocity[1], 0, options.rows - 1)))
 
 
 def meet(surface, x, y, by_left):

@@ -48,11 +48,6 @@ class Rig(NamedTuple):
     baseline: float
     height: float
 
-    @property
-    def centre(self):
-        """Column and row of the principal point."""
-        return (self.columns - 1) / 2, (self.rows - 1) / 2
-
 
 def rig_of(rows, columns, disparities, focal, baseline):
     """Return the `Rig` at the height that gives the nearest road NEAREST of the disparities."""
@@ -74,13 +69,13 @@ def pose(rig, frame, drive, pan):
     return turned, np.array([aside * rig.height, up * rig.height, drive * frame])
 
 
-def street(rig, disparities, frames, seed, options):
+def street(rig, options):
     """Return the Planes of a street as long as the drive; motion: speed of objects, px."""
-    random = np.random.default_rng([seed, 4])
+    random = np.random.default_rng([options.seed, 4])
     nearest = 2 * rig.focal * rig.height / rig.rows     # m, distance of the nearest visible road
     grain = FINEST * nearest / rig.focal
-    clearance = rig.baseline * rig.columns / 2 / (NEAREST * max(disparities - 1, 1))
-    end = DISTANT * nearest + options.drive * (frames - 1)
+    clearance = rig.baseline * rig.columns / 2 / (NEAREST * max(options.disparities - 1, 1))
+    end = DISTANT * nearest + options.drive * (options.frames - 1)
     wall = SIDE_WALL * clearance
     x, y, z = np.eye(3)
 
@@ -115,7 +110,7 @@ def look(rig, surfaces, frame, seen_from, x, y, by_left):
     """Return image, float32 (R, C, 3 or 1), and disparity, float64 (R, C), px."""
     turned, position = seen_from
     position = position if by_left else position + turned.T @ (rig.baseline, 0.0, 0.0)
-    column, row = rig.centre
+    column, row = (rig.columns - 1) / 2, (rig.rows - 1) / 2     # of the principal point
     rays = np.stack([(x - column) / rig.focal, (y - row) / rig.focal, np.ones_like(x)], -1)
     rays = rays @ turned        # of length 1 along the axis of the camera
     disparity = np.zeros(x.shape)
