@@ -22,6 +22,7 @@ import cv2
 from fuzzy_stereo_ros.pairs.image_files import read_image
 from fuzzy_stereo_ros.pairs.messages import set_stamp
 from fuzzy_stereo_ros.pairs.stereo_pair import BadPair, SIDES
+from fuzzy_stereo_ros.pairs.synchroniser import Synchroniser
 
 SECOND = 1_000_000_000
 USUAL_RATE = 10.0           # frames per second, where neither names nor options say it
@@ -118,15 +119,11 @@ class Frames:
 
     def pairs(self):
         """Yield (stamp, left Frame, right Frame) of equal stamps; ValueError if there are none."""
-        waiting, found = {}, False
-        for side, stamp, frame in self.frames():
-            other = waiting.pop(stamp, None)
-            if other is None:
-                waiting = {stamp: frame}
-            else:
-                found = True
-                yield (stamp, *((other, frame) if side == 'right' else (frame, other)))
-        if not found:
+        synchroniser = Synchroniser(SIDES)
+        for frame in self.frames():
+            for found in synchroniser.add(*frame):
+                yield found.stamp, *found.messages
+        if not synchroniser.matched:
             raise ValueError(f'{self.name}: no images have equal stamps; give their files equal '
                              'names')
 
