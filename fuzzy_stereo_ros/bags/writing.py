@@ -19,7 +19,8 @@ from typing import NamedTuple
 from fuzzy_stereo_ros.bags.reading import NO_ROSBAGS, slashed, text_of
 from fuzzy_stereo_ros.pairs.camera_files import rectified_cameras
 from fuzzy_stereo_ros.pairs.image_files import remove, write_whole
-from fuzzy_stereo_ros.pairs.messages import encoding_of, fill_pixels, set_stamp
+from fuzzy_stereo_ros.pairs.messages import (
+    encoding_of, fill_camera, fill_pixels, set_stamp)
 import numpy as np
 
 RENAMED = {'tf/msg/tfMessage': 'tf2_msgs/msg/TFMessage'}
@@ -221,12 +222,11 @@ def write_sequence_bag(path, pairs, calibration, rate):
             stamp = START + round(number * 1e9 / rate)
             cameras = rectified_cameras(calibration, *images[0].shape[:2])
             for (side, camera), image in zip(cameras.items(), images):
-                matrices = {name: np.array(getattr(camera, name)) for name in 'dkrp'}
                 for name, message in (
                         ('image_rect', fill_pixels(
                             messages.make('sensor_msgs/msg/Image'), image, encoding_of(image))),
-                        ('camera_info', messages.make(
-                            'sensor_msgs/msg/CameraInfo', **{**vars(camera), **matrices}))):
+                        ('camera_info', fill_camera(
+                            messages.make('sensor_msgs/msg/CameraInfo'), camera))):
                     set_stamp(message.header, stamp)
                     message.header.frame_id = FRAME
                     bag.write(f'/{side}/{name}', message.__msgtype__, messages.typestore,

@@ -9,7 +9,8 @@ import sys
 import cv2
 from fuzzy_stereo_ros.node.run_node import spin_until_signal
 from fuzzy_stereo_ros.pairs.camera_files import centred_calibration, rectified_cameras
-from fuzzy_stereo_ros.pairs.messages import encoding_of, fill_pixels, set_stamp
+from fuzzy_stereo_ros.pairs.messages import (
+    encoding_of, fill_camera, fill_pixels, set_stamp)
 from fuzzy_stereo_ros.pairs.stereo_pair import SIDES
 from fuzzy_stereo_ros.parameters.options import add_options, option_values
 from fuzzy_stereo_ros.program import Parser, run_cleanly
@@ -18,7 +19,7 @@ from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 from rclpy.qos import HistoryPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.utilities import remove_ros_args
-from sensor_msgs.msg import CameraInfo, CompressedImage, Image, RegionOfInterest
+from sensor_msgs.msg import CameraInfo, CompressedImage, Image
 
 
 class SimulatedCameras(Node):
@@ -76,12 +77,8 @@ class SimulatedCameras(Node):
         calibration = centred_calibration(
             self._focal, self._baseline, self._offset, *shape[:2])
         cameras = rectified_cameras(calibration, *shape[:2])
-        return {f'{side}/camera_info': info_message(camera) for side, camera in cameras.items()}
-
-
-def info_message(camera):
-    """Return the sensor_msgs/CameraInfo of a `Camera`, without a header."""
-    return CameraInfo(**{**vars(camera), 'roi': RegionOfInterest(**vars(camera.roi))})
+        return {f'{side}/camera_info': fill_camera(CameraInfo(), camera)
+                for side, camera in cameras.items()}
 
 
 def image_message(image):

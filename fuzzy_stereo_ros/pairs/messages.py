@@ -71,6 +71,14 @@ def fill_pixels(message, image, encoding):
     return message
 
 
+def fill_camera(message, camera):
+    """Fill and return an empty CameraInfo without its header; camera: a `Camera`, not binned."""
+    message.height, message.width = camera.height, camera.width
+    message.distortion_model, message.d = camera.distortion_model, array('d', camera.d)
+    message.k, message.r, message.p = (np.array(getattr(camera, name)) for name in 'krp')
+    return message
+
+
 def read_image(message):
     """
     Return the image of a sensor_msgs/Image or CompressedImage, or of a Frame of a file.

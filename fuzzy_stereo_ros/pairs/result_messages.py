@@ -12,7 +12,7 @@ from fuzzy_stereo_ros.matching.match import colour_disparity
 from fuzzy_stereo_ros.pairs.calibration import millimetres_of
 from fuzzy_stereo_ros.pairs.camera_files import rectified_cameras
 from fuzzy_stereo_ros.pairs.image_files import in_eight_bits
-from fuzzy_stereo_ros.pairs.messages import fill_header, fill_pixels
+from fuzzy_stereo_ros.pairs.messages import fill_camera, fill_header, fill_pixels
 from fuzzy_stereo_ros.pairs.stereo_pair import Projection
 import numpy as np
 
@@ -127,11 +127,8 @@ def fill_disparity(message, match, pair, config):
 def fill_camera_info(message, pair):
     """Fill and return an empty CameraInfo of the left image as matched: no binning, no region."""
     fill_header(message.header, pair)
-    camera = rectified_cameras(pair.calibration, *pair.left.shape[:2])['left']
-    message.height, message.width = camera.height, camera.width
-    message.distortion_model, message.d = camera.distortion_model, array('d', camera.d)
-    message.k, message.r, message.p = (np.array(getattr(camera, name)) for name in 'krp')
-    return message
+    return fill_camera(
+        message, rectified_cameras(pair.calibration, *pair.left.shape[:2])['left'])
 
 
 def _step(config, largest):
