@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Read bags of ROS 1 and ROS 2 as one stream of messages, in the order of logging."""
 from collections import deque
-from contextlib import ExitStack, suppress
+from contextlib import AbstractContextManager, ExitStack, suppress
 from dataclasses import dataclass
 import heapq
 from pathlib import Path
@@ -63,7 +63,7 @@ class _OpenFile:
             self.recovered.close()
 
 
-class BagReader:
+class BagReader(AbstractContextManager):
     """
     Open bags; a context manager.
 
@@ -104,9 +104,6 @@ class BagReader:
             return f'{file.path} was cut off: it has no complete message'
         return (f'{file.path} was cut off: its {count} messages up to '
                 f'{(end - self.begin) / 1e9:.3f} s into the bag are read, any later ones are lost')
-
-    def __enter__(self):
-        return self
 
     def __exit__(self, *error):
         self._open.close()

@@ -1,6 +1,7 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """The progress bar of a replay, and its report in figures and sentences."""
+from contextlib import AbstractContextManager
 import sys
 
 from fuzzy_stereo_ros.bags.reading import DamagedBag, text_of
@@ -13,7 +14,7 @@ from fuzzy_stereo_ros.replay.segments import ClusterError
 from fuzzy_stereo_ros.replay.source import SECOND
 
 
-class ProgressBar:
+class ProgressBar(AbstractContextManager):
     """A progress bar and log lines on one stream; a context manager."""
 
     def __init__(self, total, stream=None):
@@ -21,9 +22,6 @@ class ProgressBar:
         self._stream, self._logged = stream or sys.stderr, set()
         self._bar = bar(self._stream, total=total, unit=' pairs',
                         desc='loading the kernels')
-
-    def __enter__(self):
-        return self
 
     def __exit__(self, *error):
         self._bar.close()

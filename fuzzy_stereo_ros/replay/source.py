@@ -209,12 +209,6 @@ class FrameReader(Frames):
         self.names = self.name
         self.topics = {topic: BagTopic(RAW, self.counts[side]) for topic, side in TOPICS.items()}
 
-    def __enter__(self):
-        return self
-
-    def __exit__(self, *error):
-        pass
-
     def messages(self, topics, start=None, stop=None):
         """Yield each BagMessage of some topics, in order; start, stop: ns."""
         sides = {side: topic for topic, side in TOPICS.items() if topic in topics}
@@ -247,4 +241,4 @@ def opened_recording(options, opened):
             raise ValueError(f'--{name} names topics of a bag; images and videos have none')
     if not options.cameras.given:
         options = replace(options, cameras=CameraOptions(calibration_beside(options.bags)))
-    return opened.enter_context(FrameReader(options.bags, options.rate)), options
+    return FrameReader(options.bags, options.rate), options
