@@ -162,14 +162,11 @@ def _own_figures(maps, other):
 
 
 def figures_of(one):
-    """Return the figures of a `Score`, {name of a column: value}."""
-    return {
-        'pixels': one.pixels, 'density': one.density,
-        **{f'bad_{kind}_{limit:g}': percent
-           for kind, percents in (('sparse', one.bad_sparse), ('dense', one.bad_dense))
-           for limit, percent in percents.items()},
-        'd1_sparse': one.d1_sparse, 'd1_dense': one.d1_dense,
-        'average_error': one.average_error, 'rms_error': one.rms_error}
+    """Return the figures of a `Score`, {name of a column: value}, among others."""
+    return {**vars(one), **{
+        f'bad_{kind}_{limit:g}': percent
+        for kind, percents in (('sparse', one.bad_sparse), ('dense', one.bad_dense))
+        for limit, percent in percents.items()}}
 
 
 def mean_figures(several):
