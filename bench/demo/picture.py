@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The picture of the demo: image, truth, disparity, confidence and error of a match."""
 from fuzzy_stereo_ros.evaluation.scores import ERROR_LIMIT, error_map
-from fuzzy_stereo_ros.views.pictures import as_rgb, check_panel_suffix, show_map, write_figure
+from fuzzy_stereo_ros.views.pictures import as_rgb, show_map, write_figure
 import numpy as np
 
 
@@ -14,11 +14,10 @@ def write_panel(path, left, disparity, confidence, truth, *, low, high, title=''
     disparity, truth: float (R, C), pixels, NaN or infinite = invalid, hatched in the picture.
     low, high: pixels, the range of the colours of disparities.
     The suffix of the path sets the format: .png, .pdf or .svg. Needs matplotlib.
-    Raises ValueError for another suffix, OSError if the file cannot be written.
+    Raises OSError if the file cannot be written.
     """
     from matplotlib.figure import Figure  # takes 0.3 s
 
-    check_panel_suffix(path)
     rows, columns = disparity.shape
     figure = Figure(figsize=(13.8, 8.0 * rows / columns + 0.6), dpi=100, layout='compressed')
     figure.suptitle(title)
