@@ -73,44 +73,44 @@ class SegmentResult(NamedTuple):
 
 
 def cut_into_segments(items):
-    """Yield the Segments of Items, with WARM_PAIRS Items before each; a DamagedBag comes last."""
-    before, own, place, damage = [], [], None, None
-    try:
-        for item in items:
-            if item.number is not None:
-                last, place = place, item.number // SEGMENT_PAIRS
-                if last not in (None, place):
-                    yield Segment(before, own)
-                    first = place * SEGMENT_PAIRS - WARM_PAIRS
-                    before = [one for one in (*before, *own)
-                              if one.number is not None and one.number >= first]
-                    own = []
-            own.append(item)
-    except DamagedBag as error:
-        damage = error
+    """Yield the Segments of Items, with WARM_PAIRS Items before each."""
+    before, own, place = [], [], None
+    for item in items:
+        if item.number is not None:
+            last, place = place, item.number // SEGMENT_PAIRS
+            if last not in (None, place):
+                yield Segment(before, own)
+                first = place * SEGMENT_PAIRS - WARM_PAIRS
+                before = [one for one in (*before, *own)
+                          if one.number is not None and one.number >= first]
+                own = []
+        own.append(item)
     if own:
         yield Segment(before, own)
-    if damage is not None:
-        raise damage
+
+
+def _up_to_damage(items, damage):
+    """Yield Items; a DamagedBag that ends them is appended to a list."""
+    try:
+        yield from items
+    except DamagedBag as error:
+        damage.append(error)
 
 
 def match_in_segments(items, cluster, stats, stopped):
     """Yield each Item with its Match, Rejection, or None, by a Cluster; errors: also its own."""
-    waiting, damage = deque(), None
-    try:
-        for segment in cut_into_segments(items):
-            waiting.append((segment, cluster.submit(*segment.pairs()) if segment.new else None))
-            stats.workers = max(stats.workers, cluster.workers)
-            while len(waiting) >= SEGMENTS_PER_WORKER * cluster.workers:
-                yield from _outcomes(*waiting.popleft(), cluster, stats, stopped)
-            if stopped():
-                return
-    except DamagedBag as error:
-        damage = error
+    waiting, damage = deque(), []
+    for segment in cut_into_segments(_up_to_damage(items, damage)):
+        waiting.append((segment, cluster.submit(*segment.pairs()) if segment.new else None))
+        stats.workers = max(stats.workers, cluster.workers)
+        while len(waiting) >= SEGMENTS_PER_WORKER * cluster.workers:
+            yield from _outcomes(*waiting.popleft(), cluster, stats, stopped)
+        if stopped():
+            return
     while waiting and not stopped():
         yield from _outcomes(*waiting.popleft(), cluster, stats, stopped)
-    if damage is not None and not stopped():
-        raise damage
+    if damage and not stopped():
+        raise damage[0]
 
 
 def _outcomes(segment, future, cluster, stats, stopped):
