@@ -8,13 +8,12 @@ medians hold even if the times do not.
 """
 from dataclasses import asdict, replace
 from functools import partial
-import json
 from pathlib import Path
 import re
 import time
 
 from fuzzy_stereo_ros.commands.evaluate import libraries_needed
-from fuzzy_stereo_ros.commands.shared_options import for_json, UNTOUCHED
+from fuzzy_stereo_ros.commands.shared_options import as_json, UNTOUCHED
 from fuzzy_stereo_ros.evaluation.baselines import opencv_threads, TUNED
 from fuzzy_stereo_ros.evaluation.ground_truth import MIDDLEBURY
 from fuzzy_stereo_ros.matching import StereoMatcher
@@ -70,8 +69,7 @@ def run(arguments, stream):
     report = Report('benchmark', 'Latency and memory', {
         **environment(f'{threads} each'), 'profile': arguments.profile,
         'turns': str(arguments.repeats)}, [Table(title, ('', *FIGURES), rows)])
-    stream.write(json.dumps(for_json(asdict(report)), indent=2) + '\n' if arguments.json
-                 else markdown(report))
+    stream.write(as_json(asdict(report)) + '\n' if arguments.json else markdown(report))
 
 
 def measured(config, frames, repeats):
@@ -102,14 +100,16 @@ def _work(make, frames):
 
 
 def _memory_of(make):
-    """Return what a matcher and two frames need, in MB; None if it is not known."""
-    def match_twice():
-        work = make()
-        for number in range(2):
-            work(number)
-
+    """Return by how many MB a matcher and two frames make the process grow; None if not Linux."""
     give_back_memory()
-    return peak_memory(match_twice)
+    try:
+        RESET.write_text('5')       # sets VmHWM to VmRSS
+    except OSError:
+        return None
+    before, work = _kilobytes('VmRSS'), make()
+    for number in range(2):
+        work(number)
+    return (_kilobytes('VmHWM') - before) / 1000
 
 
 def take_turns(works, turns, frames):
@@ -125,17 +125,6 @@ def take_turns(works, turns, frames):
             taken.append({'matcher': name, 'processor': processor,
                           'milliseconds': 1000 * (time.perf_counter() - start), **stages})
     return taken
-
-
-def peak_memory(work):
-    """Return by how many MB the process grows in work() at the most; None if not on Linux."""
-    try:
-        RESET.write_text('5')       # sets VmHWM to VmRSS
-    except OSError:
-        return None
-    before = _kilobytes('VmRSS')
-    work()
-    return (_kilobytes('VmHWM') - before) / 1000
 
 
 def _kilobytes(name):

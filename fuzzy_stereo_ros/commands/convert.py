@@ -1,10 +1,9 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """`fuzzy-stereo convert`: convert files of disparities and depth, also to point clouds."""
-import json
 from pathlib import Path
 
-from fuzzy_stereo_ros.commands.shared_options import UNTOUCHED
+from fuzzy_stereo_ros.commands.shared_options import as_json, UNTOUCHED
 from fuzzy_stereo_ros.pairs.calibration import disparity_of, points_reach, read_calibration
 from fuzzy_stereo_ros.pairs.disparity_files import (
     check_map_suffix, POINT_SUFFIX, read_depth, read_disparity, write_depth, write_disparity,
@@ -90,7 +89,7 @@ def run(arguments, stream):
         {DISPARITY: write_disparity, DEPTH: write_depth}[target](arguments.output, values)
         values = READ[target](arguments.output)     # a format may be less precise
     figures = {**_figures(arguments, target, values), 'remarks': remarks}
-    stream.write((json.dumps(figures, indent=2) if arguments.json else _sentence(figures)) + '\n')
+    stream.write((as_json(figures) if arguments.json else _sentence(figures)) + '\n')
 
 
 def _is_points(path):

@@ -5,11 +5,10 @@ from contextlib import contextmanager
 from dataclasses import replace
 from functools import partial
 from itertools import islice
-import json
 from pathlib import Path
 import sys
 
-from fuzzy_stereo_ros.commands.shared_options import checked_outputs, for_json, UNTOUCHED
+from fuzzy_stereo_ros.commands.shared_options import as_json, checked_outputs, UNTOUCHED
 from fuzzy_stereo_ros.evaluation.baselines import opencv_threads
 from fuzzy_stereo_ros.evaluation.catalogue import FoundScenes, Scene, search
 from fuzzy_stereo_ros.evaluation.ground_truth import MIDDLEBURY, PairWithoutTruth
@@ -136,8 +135,8 @@ def run(arguments, stream, progress_stream=None):
                 'without filling; on scenes cold; of OpenCV compute() alone, on grey images, '
                 'tuned ones with the padded columns that give it the left border'}, skipped)
     records = [record for one in (*results, *sequences) for record in one.records] + means
-    in_json = json.dumps(for_json({
-        'settings': report.settings, 'left_out': report.skipped, 'records': records}), indent=2)
+    in_json = as_json({
+        'settings': report.settings, 'left_out': report.skipped, 'records': records})
     written = {'json': lambda: in_json + '\n',
                'csv': lambda: pd.DataFrame(records, columns=COLUMNS, dtype=object).to_csv(
                    index=False, lineterminator='\n'),

@@ -3,12 +3,11 @@
 """`fuzzy-stereo evolve`: show the generations of a match in numbers, figures and videos."""
 from dataclasses import replace
 from importlib.util import find_spec
-import json
 from pathlib import Path
 import sys
 
 from fuzzy_stereo_ros.commands.shared_options import (
-    add_truth_options, checked_outputs, for_json, truth_and_mask)
+    add_truth_options, as_json, checked_outputs, truth_and_mask)
 from fuzzy_stereo_ros.evaluation.scores import score
 from fuzzy_stereo_ros.matching import StereoMatcher
 from fuzzy_stereo_ros.matching.matcher import checked_pair
@@ -105,7 +104,7 @@ def run(arguments, stream, progress_stream=None):
         **{name: getattr(config, name) for name in (
             'disparities', 'min_disparity', 'reference', 'population', 'generations')},
         f'{course.step}s': course.rows}
-    lines = json.dumps(for_json(figures), indent=2).splitlines() if arguments.json else [
+    lines = as_json(figures).splitlines() if arguments.json else [
         *_sentences(figures, course), *(f'{path}: written' for path in outputs.values())]
     print('\n'.join(lines), file=stream)
 

@@ -3,12 +3,11 @@
 """`fuzzy-stereo match`: match two image files and write a disparity file and a picture."""
 import argparse
 from dataclasses import asdict, replace
-import json
 from pathlib import Path
 import time
 
 from fuzzy_stereo_ros.commands.shared_options import (
-    add_truth_options, checked_outputs, for_json, truth_and_mask, UNTOUCHED)
+    add_truth_options, as_json, checked_outputs, truth_and_mask, UNTOUCHED)
 from fuzzy_stereo_ros.evaluation.scores import score
 from fuzzy_stereo_ros.matching import StereoMatcher
 from fuzzy_stereo_ros.matching.matcher import checked_pair
@@ -182,10 +181,7 @@ def run(arguments, stream):
     }
     if saved is not None:
         figures['saved'] = {'folder': arguments.saved, **comparison(saved, config, match)}
-    if arguments.json:
-        print(json.dumps(for_json(figures), indent=2), file=stream)
-    else:
-        print(_sentences(figures), file=stream)
+    print(as_json(figures) if arguments.json else _sentences(figures), file=stream)
     found = figures.get('saved', {'same': True})
     return 0 if found['same'] or found['changed'] else DIFFERENT
 

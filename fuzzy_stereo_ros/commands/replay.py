@@ -3,11 +3,11 @@
 """`fuzzy-stereo replay`: match bags or frames; write a bag of disparities, files or a video."""
 from contextlib import ExitStack
 from dataclasses import replace
-import json
 import sys
 
 from fuzzy_stereo_ros.bags.reading import BagReader
 from fuzzy_stereo_ros.bags.writing import CopiedMessages, FORMATS
+from fuzzy_stereo_ros.commands.shared_options import as_json
 from fuzzy_stereo_ros.matching import StereoMatcher, WARM_UP_SIZE
 from fuzzy_stereo_ros.matching.plausibility import PlausibilityCheck
 from fuzzy_stereo_ros.matching.search_range import PAIRS, search_range
@@ -115,17 +115,12 @@ def add_arguments(parser):
     add_matcher_options(parser, left_out=('reference',), automatic=True)
 
 
-def replay_options(arguments):
-    """Return the ReplayOptions of parsed arguments; raises ValueError as these do."""
-    return ReplayOptions.of(
-        arguments, config=matcher_config(arguments),
-        settings=node_settings(arguments, (*SYNCHRONISING, *READING, *RESULTS)))
-
-
 def run(arguments, stream, progress_stream=None):
     """Replay bags and print the report; errors come after all results so far are written."""
     automatic = is_automatic(arguments)
-    options = replay_options(arguments)
+    options = ReplayOptions.of(
+        arguments, config=matcher_config(arguments),
+        settings=node_settings(arguments, (*SYNCHRONISING, *READING, *RESULTS)))
     with ExitStack() as opened:
         bags, options = opened_recording(options, opened)
         if automatic:
@@ -158,7 +153,7 @@ def run(arguments, stream, progress_stream=None):
                        stats.calibration.scaled(1 / options.settings['scale'])),
                    **figures_of(stats, source.synchroniser, bags.begin)}
         where = ', '.join(filter(None, (options.output, options.video)))
-        stream.write((json.dumps(figures, indent=2) if arguments.json else
+        stream.write((as_json(figures) if arguments.json else
                       f"{where}: {sentences(figures, options.settings['approximate_sync'])}")
                      + '\n')
         if stats.error is not None:

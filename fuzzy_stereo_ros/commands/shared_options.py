@@ -1,6 +1,7 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Shared parts of commands: ground truth, checks of outputs, figures for JSON."""
+"""Shared parts of commands: ground truth, checks of outputs, figures as JSON."""
+import json
 import math
 from pathlib import Path
 
@@ -62,6 +63,11 @@ def checked_outputs(arguments, checks, inputs=()):
             raise ValueError(f'--{name} is {path}, which exists; give --overwrite to replace it, '
                              'or name another file')
     return outputs
+
+
+def as_json(figures):
+    """Return the text of figures, those of `for_json`."""
+    return json.dumps(for_json(figures), indent=2)
 
 
 def for_json(figures):

@@ -1,7 +1,6 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """`fuzzy-stereo synthesise`: write a synthetic stereo sequence with exact ground truth."""
-import json
 from pathlib import Path
 import shlex
 import sys
@@ -9,6 +8,7 @@ import tempfile
 
 from fuzzy_stereo_ros.bags.reading import text_of
 from fuzzy_stereo_ros.bags.writing import is_sequence_bag, write_sequence_bag
+from fuzzy_stereo_ros.commands.shared_options import as_json
 from fuzzy_stereo_ros.pairs.camera_files import (
     rectified_cameras, write_camera, write_middlebury_calibration)
 from fuzzy_stereo_ros.pairs.disparity_files import write_disparity
@@ -76,8 +76,8 @@ def run(arguments, stream, progress_stream=None):
         raise OSError(f'{arguments.output} cannot be written: {reason}; give a writable folder on '
                       'a disk with enough space') from error
     if arguments.json:
-        stream.write(json.dumps({'output': arguments.output, 'format': arguments.format, **values},
-                                indent=2) + '\n')
+        stream.write(as_json({
+            'output': arguments.output, 'format': arguments.format, **values}) + '\n')
     else:
         stream.write(_sentences(arguments.output, arguments.format, values) + '\n')
 
