@@ -54,7 +54,7 @@ class Baseline:
 
 
 class PreparedBaseline:
-    """One of OpenCV's matchers for many pairs; `opencv`, that alone, computes of `images`."""
+    """One of OpenCV's matchers for many pairs; opencv: it alone, to be timed on `images`."""
 
     def __init__(self, algorithm, settings, disparities, padded, rejects_zero=False):
         """Make OpenCV's matcher of `Settings`; padded: whether the left border is matched."""
