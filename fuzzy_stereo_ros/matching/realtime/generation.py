@@ -25,7 +25,6 @@ import numpy as np
 GROW = 8        # px around a tile whose genes of half the size it inherits, as they were found
 NO_PARENT = Parent(*(0,) * 5, 1, 1, *(0,) * 5)
 SPARE = 4       # by 1 / SPARE more memory is made than a frame needs
-OFFERS = Scratch._fields.index('offers')
 USUAL = 12      # genes of a tile, for which memory is made before the first frame
 
 
@@ -74,7 +73,8 @@ class Selection:
         self._memory = [zeros(ends[-1], np.uint8) for _ in range(MOST_PARTS)]
         self._own = [[address_of(memory) + start for start in (0, *ends[:-1])]
                      for memory in self._memory]
-        self._sums, self._lines = np.empty(0, np.uint8), np.empty((MOST_PARTS, 2, 0), np.uint8)
+        self._squares, self._lines = np.empty((2, 0), np.uint8), np.empty(
+            (MOST_PARTS, 2, 0), np.uint8)
 
     def _addresses_of(self, mutation, stride, genes, origins=0):
         """Return the fields of the `Tiles`; the arguments are fields, too."""
@@ -85,9 +85,9 @@ class Selection:
         """Have memory for the genes counted; half, previous: the priors, see `Found`."""
         np.cumsum(self.counts, out=self._places[1:])
         counts = self.counts.reshape(self._tiles)
-        of_line = max(counts.sum(axis=0).max(), counts.sum(axis=1).max())
-        if self._sums.size < counts.sum() * PITCH:
-            self._sums = zeros(_with_spare(counts.sum()) * PITCH, np.uint8)
+        of_line = counts.sum(axis=1).max()
+        if self._squares.shape[1] < counts.sum() * PITCH:
+            self._squares = zeros((2, _with_spare(counts.sum()) * PITCH), np.uint8)
         if self._lines.shape[2] < of_line * PITCH:
             self._lines = zeros((MOST_PARTS, 2, _with_spare(of_line) * PITCH), np.uint8)
             self._scratch = [tuple(Scratch(*own, *map(address_of, lines)))
@@ -98,7 +98,7 @@ class Selection:
             possibility.rows, penalties.small, possibility.model.box, *map(address_of, (
                 penalties.across, penalties.down)), chosen.labels.itemsize,
             *map(address_of, (*(half or self._no_prior), *(previous or self._no_prior),
-                              self._sums, *chosen[:-1]))))
+                              *self._squares, *chosen[:-1]))))
 
     def _parts(self, chain):
         """Return the parts, for the threads of a chain, of the rows and the columns of tiles."""
@@ -113,12 +113,10 @@ class Selection:
                 features, self._found, self._addresses, self._scratch[part[0]], *_tiles_of(part)),
                 parts, after)
             after = None
-        labels, _, sums, _, target = self.chosen
-        chosen = address_of(labels), labels.itemsize, address_of(sums)
-        sizes = labels.shape[1], address_of(target), target.shape[1]
+        columns, target = self._possibility.columns, self.chosen.target
         return chain.each(lambda part: selection.select_of_target(
-            chosen, *sizes, self._scratch[part[0]][OFFERS], *part[1:]),
-            chain.parts(self._possibility.rows))
+            self._found, self._addresses, self._scratch[part[0]], columns, address_of(target),
+            target.shape[1], *part[1:]), chain.parts(len(target)))
 
 
 class AllLabels(Selection):

@@ -5,17 +5,17 @@ from types import SimpleNamespace
 
 from census_scene import random_map, seen, small_pair, twin_costs
 from fuzzy_stereo_ros.matching.bands import Chain, ThreadPool
+from fuzzy_stereo_ros.matching.kernels.addresses import address_of
 from fuzzy_stereo_ros.matching.kernels.possibility.costs import Prior, weight_of
+from fuzzy_stereo_ros.matching.kernels.scanlines import selection
 from fuzzy_stereo_ros.matching.kernels.scanlines.tile_genes import (
     HALF_SIZE, MOST_GENES, PREVIOUS, SIDE)
-from fuzzy_stereo_ros.matching.kernels.scanlines.winner_takes_all import choose_of_target
 from fuzzy_stereo_ros.matching.kernels.temporal.change_detection import TILE
 from fuzzy_stereo_ros.matching.realtime.generation import (
     AllLabels, gene_type, Generation, GROW, parent_of)
 from fuzzy_stereo_ros.matching.realtime.possibility import FULL_SIZE, HALF_SIZE as BOXED
 from fuzzy_stereo_ros.matching.realtime.views import half_disparities
 from hypothesis import example, given, settings, strategies as st
-import numba
 import numpy as np
 import reference_census
 import reference_generation as twins
@@ -124,7 +124,8 @@ def test_where_all_labels_are_genes_any_size_and_range_is_that_of_the_twin(
     left, right = small_pair(rows, columns, min(4, columns - 1), channels=channels)
     possibility = seen(left, right, disparities, min_disparity, model)
     search, pool = AllLabels(possibility), ThreadPool(threads)
-    for memory in (*search._memory, search._lines, search._sums):     # none is read before written
+    # none is read before it is written
+    for memory in (*search._memory, search._lines, search._squares):
         memory[:] = np.random.default_rng(1).integers(0, 256, memory.shape)
     chain = Chain(pool)
     search.select(chain)
@@ -136,15 +137,17 @@ def test_where_all_labels_are_genes_any_size_and_range_is_that_of_the_twin(
         *twin_penalties(possibility, model), SIDE))
 
 
-def test_pixels_farther_than_256_labels_apart_compete_for_the_target_too():
-    labels = np.zeros(600, np.uint16)
-    labels[[10, 267, 523, 599]] = 5, 262, 518, 599 - 5
-    for dearer in ([5, 5, 5, 5], [4, 5, 5, 5], [5, 5, 4, 5], [255, 255, 255, 255]):
-        sums, target, offers = (np.full(606, value, kind) for value, kind in (
-            (7, np.uint8), (99, np.uint8), (0, np.uint16)))
-        sums[[10, 267, 523, 599]] = dearer
-        numba.njit(choose_of_target)(
-            labels.ctypes.data, 2, sums.ctypes.data, 600, offers.ctypes.data,
-            target.ctypes.data + 3, 600)
-        expected = reference_census.chosen_by_target(labels[None], sums[None, :600])[0]
-        assert target.tolist() == [99] * 3 + expected.tolist() + [99] * 3
+@settings(max_examples=40)
+@given(st.integers(1, 700), st.integers(1, 700), st.integers(-60, 60), st.integers(1, 8),
+       st.integers(0, 9))
+def test_pixels_of_any_labels_compete_for_the_target_as_those_of_the_twin_do(
+        columns, disparities, min_disparity, classes, seed):
+    possibility = seen(*small_pair(2, columns, min(3, columns - 1)), disparities, min_disparity)
+    search, random = AllLabels(possibility), np.random.default_rng(seed)
+    labels, _, sums, _, target = search.chosen
+    labels[:] = random.integers(0, disparities, labels.shape)
+    sums[:] = 255 - random.integers(0, classes, sums.shape) * 255 // classes
+    selection.select_of_target(search._found, search._addresses, search._scratch[0], columns,
+                               address_of(target), target.shape[1], 0, 2)
+    assert np.array_equal(target, reference_census.chosen_by_target(
+        labels, sums, target.shape[1] - columns))

@@ -164,7 +164,7 @@ def test_what_lies_in_the_memory_of_a_generation_before_does_not_count():
         for pair in frames:
             found.append(bits(matcher.match(pair.left, pair.right)))
             generation = matcher.algorithm._generation
-            for memory in (generation._sums, generation._lines, *generation._memory):
+            for memory in (generation._squares, generation._lines, *generation._memory):
                 memory[:] = value
         return found
     assert results(0) == results(255)

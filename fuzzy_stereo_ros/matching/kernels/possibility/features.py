@@ -9,7 +9,7 @@ so that the candidates of a pixel, disparities upwards, are one contiguous load.
 from fuzzy_stereo_ros.matching.kernels.compiled import called, inlined, kernel
 from fuzzy_stereo_ros.matching.kernels.rows import pad_row
 from fuzzy_stereo_ros.matching.kernels.simd import (
-    add, bit_or, LANES, lanes_in_llvm, less, load, minimum, narrow, read,
+    add, bit_or, bit_xor, equal, LANES, lanes_in_llvm, less, load, minimum, narrow, read,
     reversed_lanes, saturating_subtract, shift_left, shift_right, shuffled, splat, store,
     subtract, VECTOR)
 from numba import types
@@ -184,11 +184,12 @@ def census(luminance, denoised, least_step, mirrored, columns, codes, first, las
                 centre = saturating_subtract(
                     load(source, corner + MARGIN * luminance_stride + MARGIN),
                     splat(np.uint16(least_step)))
-                code = splat(np.uint8(0))
+                code = splat(np.uint16(0))      # of bits that are set where no darker
                 for place in places[8 * plane:8 * plane + 8][::-1]:
-                    darker = narrow(less(load(source, corner + place), centre))
-                    code = subtract(add(code, code), darker)
-                store(target, (row * 3 + plane) * stride + column, code)
+                    code = subtract(add(code, code), equal(saturating_subtract(
+                        centre, load(source, corner + place)), splat(np.uint16(0))))
+                store(target, (row * 3 + plane) * stride + column,
+                      narrow(bit_xor(code, splat(np.uint16(255)))))
         for plane in range(3):
             for column in range(columns, stride):
                 codes[row, plane, column] = codes[row, plane, columns - 1]

@@ -83,7 +83,7 @@ def shift_rows(image, channels, offsets, largest, moved, first_row, last_row):
 def _blend_rows(above, here, below, last, begin, slope, largest, moved):
     """Write pixels between `here` and `below`; begin: place of the first, in px below `here`."""
     for index in range(len(moved)):
-        place = begin + slope * np.float32(index)
+        place = begin + slope * np.float32(np.int32(index))     # AVX2 converts no int64
         one, two = np.float32(above[index]), np.float32(here[index])
         three, four = np.float32(below[index]), np.float32(last[index])
         linear = _SHARP * (three - one)

@@ -59,7 +59,8 @@ class Found(NamedTuple):
     half_weights: int
     previous_labels: int
     previous_weights: int
-    sums: int                # PITCH bytes a gene, see Tiles.places
+    costs: int               # PITCH bytes a gene, see Tiles.places
+    sums: int
     labels: int              # see SearchResult
     offsets: int
     least: int
@@ -74,10 +75,10 @@ class Scratch(NamedTuple):
     carried: int             # the same, while they are carried to another tile
     steps: int               # P1 from the gene before, 255 where that is not beside it
     spare: int               # two vectors
-    offers: int              # uint16: what the target's pixels are offered
+    offers: int              # what the target's pixels are offered, and of which label
     jumps: int               # P2 along the rows of a row of tiles, by columns
-    costs: int               # PITCH bytes for each gene of a row or column of tiles
-    line_sums: int           # the same, for the genes of a row of tiles
+    line_costs: int          # PITCH bytes for each gene of a row of tiles
+    line_sums: int
 
 
 def scratch_sizes(disparities, most, tile_columns, target_columns):
@@ -87,8 +88,8 @@ def scratch_sizes(disparities, most, tile_columns, target_columns):
     most: genes of a tile
     """
     paths = (most + 2) * LANES
-    return (seen_size(disparities), paths, paths, paths, 2 * LANES, 2 * target_columns,
-            tile_columns * SQUARE)
+    return (seen_size(disparities), paths, paths, paths, 2 * LANES,
+            2 * (LANES + target_columns), tile_columns * SQUARE)
 
 
 @inlined
@@ -191,7 +192,7 @@ def _move_across(tiles, tile, width, scratch, jump, least, place, leftwards):
         column = near if leftwards else width - 1 - near
         here = load_like(jump, jumps, column * LANES)
         least = _move(count, scratch, jump if leftwards else here, least,
-                      scratch.costs + place + column * LANES,
+                      scratch.line_costs + place + column * LANES,
                       scratch.line_sums + place + column * LANES, not leftwards)
         jump = here
     return jump, least
@@ -200,7 +201,7 @@ def _move_across(tiles, tile, width, scratch, jump, least, place, leftwards):
 @kernel
 def sum_across(features, found, tiles, scratch, first, last):
     """
-    Write the sums of the paths along the rows of the rows of tiles first .. last - 1.
+    Write the costs of the rows of tiles first .. last - 1, and the sums of the paths along them.
 
     features, found, tiles, scratch: the fields of Features, Found, Tiles and Scratch
     """
@@ -213,17 +214,16 @@ def sum_across(features, found, tiles, scratch, first, last):
         for column in range(tiles.columns):
             tile, end = tile_row * tiles.columns + column, min((column + 1) * SIDE, columns)
             count, place = load_long(tiles.counts, tile), load_long(tiles.places, tile)
-            place = (place - before) * PITCH
+            costs, place = found.costs + place * PITCH, (place - before) * PITCH
             fill_costs(features, found, tiles.genes + 2 * tiles.stride * tile, count, top, below,
-                       end, scratch.costs + place, scratch.spare)
+                       end, costs, scratch.spare)
             jumps = scratch.jumps + column * SQUARE
             for row in range(top, below):
                 store(jumps, (row - top) * LANES, pixels_of(
                     kind, found.across, 1, row * columns, end, scratch.spare))
             transpose(jumps, jumps)
-            for square in range(scratch.costs + place, scratch.costs + place + count * PITCH,
-                                PITCH):
-                transpose(square, square)
+            for square in range(0, count * PITCH, PITCH):
+                transpose(costs + square, scratch.line_costs + place + square)
             least = (_begin(found, tiles, tile, scratch) if column == 0 else
                      _carry(found, tiles, tile - 1, tile, least, scratch))
             _, least = _move_across(tiles, tile, end - column * SIDE, scratch, kind, least, place,
@@ -318,33 +318,27 @@ def select_down(features, found, tiles, scratch, first, last):
     scratch, kind, columns = Scratch(*scratch), splat(np.uint8(0)), features.columns
     for column in range(first, last):
         begin, end, least = column * SIDE, min((column + 1) * SIDE, columns), kind
-        costs = scratch.costs
         for tile_row in range(tiles.rows):
             tile = tile_row * tiles.columns + column
             least = (_begin(found, tiles, tile, scratch) if tile_row == 0 else
                      _carry(found, tiles, tile - tiles.columns, tile, least, scratch))
             count, place = load_long(tiles.counts, tile), load_long(tiles.places, tile) * PITCH
-            top, below = tile_row * SIDE, min((tile_row + 1) * SIDE, found.rows)
-            fill_costs(features, found, tiles.genes + 2 * tiles.stride * tile, count, top, below,
-                       end, costs, scratch.spare)
-            for row in range(top, below):
-                at = (row - top) * LANES
+            for row in range(tile_row * SIDE, min((tile_row + 1) * SIDE, found.rows)):
+                at = place + row % SIDE * LANES
                 jump = pixels_of(kind, found.down, 1, row * columns, end, scratch.spare)
-                least = _move(count, scratch, jump, least, costs + at, found.sums + place + at,
+                least = _move(count, scratch, jump, least, found.costs + at, found.sums + at,
                               False)
-            costs += count * PITCH
         jump = kind
         for tile_row in range(tiles.rows - 1, -1, -1):
             tile = tile_row * tiles.columns + column
             least = (_begin(found, tiles, tile, scratch) if tile_row == tiles.rows - 1 else
                      _carry(found, tiles, tile + tiles.columns, tile, least, scratch))
             count, place = load_long(tiles.counts, tile), load_long(tiles.places, tile) * PITCH
-            costs -= count * PITCH
             genes = tiles.genes + 2 * tiles.stride * tile
             for row in range(min((tile_row + 1) * SIDE, found.rows) - 1, tile_row * SIDE - 1, -1):
-                at = row % SIDE * LANES
+                at = place + row % SIDE * LANES
                 least, low, high, best, below, above, elsewhere = _select(
-                    genes, count, scratch, jump, least, costs + at, found.sums + place + at)
+                    genes, count, scratch, jump, least, found.costs + at, found.sums + at)
                 out, width, spare = row * columns, end - begin, scratch.spare
                 _write_labels(found, out, end, width, low, high, spare)
                 _write(found.least, out, end, width, best, spare)
@@ -354,15 +348,16 @@ def select_down(features, found, tiles, scratch, first, last):
 
 
 @kernel
-def select_of_target(chosen, columns, target, target_columns, offers, first, last):
+def select_of_target(found, tiles, scratch, columns, target, target_columns, first, last):
     """
     Select the labels of the target's rows first .. last - 1, once those of the pixels are.
 
-    chosen: labels selected, bytes of one, their sums; columns, target_columns: of a row of these,
-    of the target; offers: see Scratch. All but numbers are addresses.
+    found, tiles, scratch: the fields of Found, Tiles and Scratch; columns, target_columns: of a
+    row of the pixels, of the target; target: address, see SearchResult
     """
-    labels, label_bytes, least = chosen
+    found, tiles, scratch = Found(*found), Tiles(*tiles), Scratch(*scratch)
     for row in range(first, last):
         at = row * columns
-        choose_of_target(labels + at * label_bytes, label_bytes, least + at, columns, offers,
+        choose_of_target((found.labels + at * found.label_bytes, found.label_bytes,
+                          found.least + at), columns, tiles, row // SIDE, scratch,
                          target + row * target_columns, target_columns)

@@ -14,20 +14,21 @@ NONE = np.uint32(2**LANES - 1)      # of the lanes of a prior have weight
 
 
 @inlined
-def pixels_of(kind, numbers, number_bytes, at, end, spare):
+def pixels_of(kind, numbers, number_bytes, at, end, spare, byte=0):
     """
-    Return 32 bytes of a row, the low ones of numbers, from column end - 1 to the left.
+    Return 32 bytes of a row, each the first or another byte of a number, from end - 1 to the left.
 
     at: index of column 0; columns before it repeat it
     """
     if end >= LANES and number_bytes == 1:
         pixels = load_like(kind, numbers, at + end - LANES)
     elif end >= LANES:
-        pixels = narrow(load_like(widen(kind), numbers, 2 * (at + end - LANES)))
+        pixels = narrow(shift_right(
+            load_like(widen(kind), numbers, 2 * (at + end - LANES)), 8 * byte))
     else:
         for lane in range(LANES):
             store_byte(spare, lane, load_byte(
-                numbers, number_bytes * (at + max(end - LANES + lane, 0))))
+                numbers, number_bytes * (at + max(end - LANES + lane, 0)) + byte))
         pixels = load_like(kind, spare, 0)
     return reversed_lanes(pixels, pixels)
 

@@ -6,11 +6,14 @@ Winner takes all: the label of least summed cost, seen from the target, and sub-
 The offsets are of the equiangular fit (Shimizu and Okutomi, 2001).
 """
 from fuzzy_stereo_ros.matching.kernels.addresses import (
-    load_byte, load_short, store_byte, store_short)
+    load_byte, load_long, load_short, store_byte)
 from fuzzy_stereo_ros.matching.kernels.compiled import inlined
+from fuzzy_stereo_ros.matching.kernels.scanlines.tile_costs import NONE, pixels_of
+from fuzzy_stereo_ros.matching.kernels.scanlines.tile_genes import SIDE
 from fuzzy_stereo_ros.matching.kernels.simd import (
-    absolute_difference, add, at_most, bit_and, choose, less, maximum, narrow, shift_left,
-    splat_like, subtract, widen)
+    absolute_difference, add, at_most, bit_and, choose, equal, equal_bits, lane_numbers, LANES,
+    less, load_like, maximum, narrow, reversed_lanes, saturating_add, shift_left, splat,
+    splat_like, store, subtract, widen)
 from fuzzy_stereo_ros.matching.kernels.units import STEPS
 import numpy as np
 
@@ -38,25 +41,45 @@ def fitted_offsets(below, least, above):
 
 
 @inlined
-def choose_of_target(labels, label_bytes, sums, columns, offers, target, target_columns):
+def choose_of_target(chosen, columns, tiles, tile_row, scratch, target, target_columns):
     """
     Give each target pixel the label of the cheapest pixel that points at it.
 
     The nearer of two that point at one pixel hides the other: it may cost HIDES more. All but the
-    sizes are addresses of a row. labels: of 1 or 2 bytes; sums: uint8; offers: uint16, working
-    memory; target: uint8, labels modulo 256, 0 where no pixel points; its last columns are those
-    of the pixels, any more come before them.
+    sizes are addresses of a row. chosen: labels, bytes of one, and their sums, uint8; tiles: the
+    `Tiles`, by whose order of genes the nearer of two comes later; scratch: see Scratch; target:
+    uint8, labels modulo 256, 0 where no pixel points; its last columns are those of the pixels,
+    any more come before them.
     """
-    extra = target_columns - columns
+    (labels, label_bytes, sums), extra = chosen, target_columns - columns
+    kind = high = splat(np.uint8(0))
+    none, full, lanes = kind, splat_like(kind, 255), lane_numbers(kind)
+    offers, found = scratch.offers, scratch.offers + LANES + target_columns
+    for place in range(target_columns, 0, -LANES):      # a vector lies before the first one
+        store(offers, place, full)
+        store(found, place, none)
+    for column in range(tiles.columns):
+        tile, end = tile_row * tiles.columns + column, min((column + 1) * SIDE, columns)
+        own = at_most(splat_like(kind, (column + 1) * SIDE - end), lanes)
+        low = pixels_of(kind, labels, label_bytes, 0, end, scratch.spare)
+        low = reversed_lanes(low, low)
+        if label_bytes == 2:
+            high = pixels_of(kind, labels, label_bytes, 0, end, scratch.spare, 1)
+            high = reversed_lanes(high, high)
+        cost = pixels_of(kind, sums, 1, 0, end, scratch.spare)
+        cost = reversed_lanes(cost, cost)
+        genes = tiles.genes + 2 * tiles.stride * tile
+        for index in range(load_long(tiles.counts, tile)):
+            label = np.int64(load_short(genes, index))
+            here = bit_and(own, bit_and(equal(low, splat_like(kind, label)),
+                                        equal(high, splat_like(kind, label >> 8))))
+            place = extra + end - label     # of column end - LANES, a vector before it
+            if place > 0 and equal_bits(here, none) != NONE:
+                known = load_like(kind, offers, place)
+                taken = bit_and(here, at_most(cost, saturating_add(
+                    known, splat_like(kind, HIDES))))
+                store(offers, place, choose(taken, cost, known))
+                store(found, place, choose(
+                    taken, splat_like(kind, label), load_like(kind, found, place)))
     for column in range(target_columns):
-        store_short(offers, column, np.uint16(2**15))
-        store_byte(target, column, np.uint8(0))
-    for column in range(columns):       # the nearer of two comes later
-        label = np.int64(load_byte(labels, column)) if label_bytes == 1 else np.int64(
-            load_short(labels, column))
-        pointed = column - label + extra
-        if pointed >= 0:
-            here, known = np.int64(load_byte(sums, column)), np.int64(load_short(offers, pointed))
-            taken = here <= known + HIDES
-            store_short(offers, pointed, here if taken else known)
-            store_byte(target, pointed, label if taken else np.int64(load_byte(target, pointed)))
+        store_byte(target, column, load_byte(found, LANES + column))
