@@ -108,11 +108,12 @@ def summed_paths(costs, parent, steepest, steps, small, jump, upwards):
     return sums
 
 
-def chosen_labels(sums, disparities):
-    """Return labels, offsets, margins and the target's labels."""
+def chosen_labels(sums, disparities, extra):
+    """Return labels, offsets, margins and the target's labels, from its column -extra on."""
     rows, columns = sums.shape[:2]
-    labels, target, margins = (np.zeros((rows, columns), int) for _ in range(3))
-    offsets, best = np.zeros((rows, columns), np.float32), np.full((rows, columns), 65535)
+    labels, margins = (np.zeros((rows, columns), int) for _ in range(2))
+    offsets, target = np.zeros((rows, columns), np.float32), np.zeros((rows, extra + columns), int)
+    best = np.full(target.shape, 65535)
     for row, column in np.ndindex(rows, columns):
         cell = sums[row, column, :disparities]
         label = labels[row, column] = cell.argmin()
@@ -123,10 +124,10 @@ def chosen_labels(sums, disparities):
             if rise > 0:
                 offset = (cell[label - 1] - cell[label + 1]) / (2 * rise)
                 offsets[row, column] = np.sign(offset) * abs(2 * offset)**0.8 / 2
-        for rival in range(min(disparities, column + 1)):
-            if cell[rival] <= best[row, column - rival]:
-                best[row, column - rival] = cell[rival]
-                target[row, column - rival] = rival
+        for rival in range(min(disparities, extra + column + 1)):
+            pointed = row, extra + column - rival
+            if cell[rival] <= best[pointed]:
+                best[pointed], target[pointed] = cell[rival], rival
     return labels, offsets, margins, target
 
 

@@ -12,7 +12,8 @@ from typing import NamedTuple
 from fuzzy_stereo_ros.matching.bands import cut_bands
 from fuzzy_stereo_ros.matching.kernels.possibility.fuzzy_costs import FULL, LONGEST
 from fuzzy_stereo_ros.matching.kernels.scanlines import eight_directions
-from fuzzy_stereo_ros.matching.quality.possibility import padded, ROUNDS, SupportPossibility
+from fuzzy_stereo_ros.matching.quality.possibility import (
+    extra_columns, padded, ROUNDS, SupportPossibility)
 import numpy as np
 
 OVERLAP = 32         # rows beyond a band in which its paths start
@@ -123,36 +124,36 @@ class ScanlineStrips:
     """
     Memory for one image size, and the scanline optima of the last search.
 
-    labels, target: int16, margins: uint16, offsets: float32 (R, C), see `choose_labels`; strips:
-    list of `Strip`; steps: uint8 (2, R, C), of grey to the left and upwards
+    labels: int16, margins: uint16, offsets: float32 (R, C), target: int16 (R, extra + C), see
+    `choose_labels`; strips: list of `Strip`; steps: uint8 (2, R, C), of grey to the left and
+    upwards
     """
 
-    def __init__(self, rows, columns, disparities):
-        """Allocate for images of a size."""
+    def __init__(self, rows, columns, disparities, lowest):
+        """Allocate for images of a size and a range of disparities from `lowest` on."""
         reach = OVERLAP + LONGEST * ROUNDS
         self.strips = cut_strips(rows, columns * padded(disparities), reach)
         height = self.strips[0].end - self.strips[0].begin
         self._disparities = disparities
-        self._possibility = SupportPossibility(height, columns, disparities)
+        self._possibility = SupportPossibility(height, columns, disparities, lowest)
         self._scanlines = SurfaceScanlines(self._possibility.costs.shape)
         shape = rows, columns
-        self.labels, self.target = (np.zeros(shape, np.int16) for _ in range(2))
+        self.labels, self.target = (np.zeros((rows, width), np.int16) for width in (
+            columns, extra_columns(lowest, disparities) + columns))
         self.margins = np.zeros(shape, np.uint16)
         self.offsets = np.zeros(shape, np.float32)
         self.steps = np.zeros((2, *shape), np.uint8)
 
-    def set_pair(self, left, right, first_inside, surface):
+    def set_pair(self, left, right, surface):
         """Set a pair and its parent's surface, see `set_pair` and `fill` of SupportPossibility."""
-        self._pair, self._first_inside, self._surface = (left, right), first_inside, surface
-        self._strip = None
+        self._pair, self._surface, self._strip = (left, right), surface, None
 
     def fill(self, pool, strip):
         """Return the costs of a strip and the rows around it, uint16: see SupportPossibility."""
         if self._strip != strip:
             self._strip = strip
             self._possibility.set_pair(
-                *(tuple(part[strip.around] for part in image) for image in self._pair),
-                self._first_inside)
+                *(tuple(part[strip.around] for part in image) for image in self._pair))
             self._scanlines.set_colour(self._pair[0][0][strip.around])
             self.steps[:, strip.rows] = self._scanlines.steps[::2, strip.here][:2]
             self._possibility.fill(pool, self._surface[strip.around])
@@ -170,17 +171,17 @@ class ScanlineStrips:
         self._possibility.add_prior(*given, undo=True)
 
 
-def pixel_costs(pool, left, right, disparities, first_inside):
+def pixel_costs(pool, left, right, disparities, lowest):
     """Return costs without supports: uint8 (R, C, labels); see SupportPossibility.set_pair."""
     rows, columns = left[1].shape
     labels = padded(disparities)
     volume = np.empty((rows, columns, labels), np.uint8)
     strips = cut_strips(rows, columns * labels, PIXEL_REACH, MOST_PIXEL_COSTS)
-    possibility = SupportPossibility(strips[0].end - strips[0].begin, columns, disparities)
+    possibility = SupportPossibility(
+        strips[0].end - strips[0].begin, columns, disparities, lowest)
     for strip in strips:
         possibility.set_pair(
-            *(tuple(part[strip.around] for part in image) for image in (left, right)),
-            first_inside)
+            *(tuple(part[strip.around] for part in image) for image in (left, right)))
         possibility.fill(pool)
         keep_bytes(pool, possibility.costs[strip.here], volume[strip.rows])
     return volume

@@ -94,7 +94,8 @@ class ScanlineSeed:
     def __init__(self, config, pool, rows, columns):
         """Allocate for the disparities of a MatcherConfig; pool: the `ThreadPool` that works."""
         self._config, self._pool = config, pool
-        self._scanlines = ScanlineStrips(rows, columns, config.disparities)
+        self._scanlines = ScanlineStrips(
+            rows, columns, config.disparities, config.min_disparity)
 
     def find(self, left, right, parent, in_time):
         """Return the `Seed` of a pair, its first child with fitter regions, else the parent."""
@@ -102,7 +103,7 @@ class ScanlineSeed:
         labels, start, children = self._config.disparities, uncrossed(left, parent), []
         inside = lowest, lowest + parent.shape[1] - 1
         surface = smooth(pool, parent, start.colour, labels, PARENT_RADIUS, PARENT_LIMIT)
-        found.set_pair(left, moved(right, lowest), max(lowest, 0), surface)
+        found.set_pair(left, moved(right, lowest, labels), surface)
         for child in CHILDREN:
             if not self._search(child, parent, surface, start.weak, in_time):
                 return start
@@ -137,8 +138,8 @@ class ScanlineSeed:
 
 def costs_of_pixels(config, pool, left, right):
     """Return the costs of the matches of a pair, without supports: uint8 (R, C, labels)."""
-    lowest = config.min_disparity
-    return pixel_costs(pool, left, moved(right, lowest), config.disparities, max(lowest, 0))
+    disparities, lowest = config.disparities, config.min_disparity
+    return pixel_costs(pool, left, moved(right, lowest, disparities), disparities, lowest)
 
 
 def parent_of(inherited, fresh, noisy):

@@ -98,9 +98,11 @@ def test_paths_and_what_they_choose_from_both_sides_are_those_of_the_twin(
         costs, parent, steepest, steps, small, jump, upwards))
 
     sums = random_map(costs.shape, 90, seed + 1, np.uint16)
-    found = [np.zeros(shape, kind) for kind in (np.int16, np.float32, np.uint16, np.int16)]
+    extra = seed % disparities
+    found = [np.zeros(shape, kind) for kind in (np.int16, np.float32, np.uint16)]
+    found.append(np.zeros((rows, extra + columns), np.int16))
     eight_directions.choose_labels(sums, disparities, tuple(found), 0)
-    for one, wanted in zip(found, twins.chosen_labels(sums.astype(int), disparities)):
+    for one, wanted in zip(found, twins.chosen_labels(sums.astype(int), disparities, extra)):
         np.testing.assert_allclose(one, wanted, atol=1e-6)
 
 

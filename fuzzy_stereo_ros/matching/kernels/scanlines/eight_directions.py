@@ -179,8 +179,8 @@ def choose_labels(sums, disparities, chosen, first):
 
     sums: uint16 (n, C, padded labels), of n rows from `first` on; those from `disparities` on are
     overwritten; chosen, written, (R, C): labels, int16; offsets of the minimum of two lines,
-    float32, stretched; margins, uint16, how much worse the best label elsewhere is; int16, labels
-    of the target's pixels
+    float32, stretched; margins, uint16, how much worse the best label elsewhere is; int16
+    (R, extra + C), labels of the target's pixels, the extra ones before column 0
     """
     labels, offsets, margins, target = chosen
     columns, padded = sums.shape[1:]
@@ -213,5 +213,6 @@ def choose_labels(sums, disparities, chosen, first):
             offsets[row, column] = _stretched(
                 np.float32(np.int64(before) - np.int64(after)) / np.float32(2 * rise)) \
                 if inside else 0
-        for column in range(columns):
-            target[row, column] = best_labels[columns - 1 - column]
+        last = target.shape[1] - 1
+        for column in range(last + 1):
+            target[row, column] = best_labels[last - column]
