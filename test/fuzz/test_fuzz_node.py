@@ -133,7 +133,6 @@ def spoilt_pairs(images):
     return st.tuples(MOMENTS, st.one_of(one, one, some))
 
 
-@pytest.mark.alone
 @pytest.mark.parametrize('images, suffix, parameters', [
     (RAW, '', {}),
     (COMPRESSED, '/compressed', {

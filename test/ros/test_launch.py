@@ -12,8 +12,8 @@ from fuzzy_stereo_ros.parameters.table import IGNORED_PARAMETERS
 from fuzzy_stereo_ros.synthetic.scenes import make_sequence
 import launched
 from launched import (
-    check_disparity, FOLDER, included, launch_testing, PAIR, PROFILES_FILE,
-    small, surroundings, written)
+    check_disparity, FOLDER, included, launch_testing, PAIR, PEER, PROFILES_FILE, surroundings,
+    written)
 from made_messages import values_of
 from made_scenes import shifted_pair
 from node_process import START
@@ -44,13 +44,6 @@ def matches(test, **expected):
 # ---- our launch file ----
 
 
-def has_the_name_that_was_given(test):
-    matches(test)
-    names = test.around.listener.get_node_names_and_namespaces
-    test.around.until(lambda: ('stereo', '/rig') in names(), 'the node has its name')
-    assert os.environ[PROFILES_FILE] == str(FOLDER.parent / 'config' / 'fastdds.xml')
-
-
 def is_brought_up_by_a_lifecycle_manager(test):
     from lifecycle_manager import Manager
     manager = Manager(test.around)
@@ -61,14 +54,6 @@ def is_brought_up_by_a_lifecycle_manager(test):
 
 # ---- what was written for stereo_image_proc ----
 
-PEER = {
-    'approximate_sync': 'True', 'use_color': 'False', 'avoid_point_cloud_padding': 'False',
-    'launch_image_proc': 'True', 'namespace': 'rig', 'left_namespace': 'one',
-    'right_namespace': 'two', 'container': 'stereo_container', 'stereo_algorithm': '1',
-    'prefilter_size': '9', 'prefilter_cap': '31', 'correlation_window_size': '15',
-    'min_disparity': '0', 'disparity_range': '16', 'texture_threshold': '10',
-    'speckle_size': '50', 'speckle_range': '4', 'disp12_max_diff': '0',
-    'uniqueness_ratio': '15.0', 'P1': '200.0', 'P2': '400.0', 'sgbm_mode': '0'}
 PEER_CAMERAS = [
     '--ros-args', '-r', '__ns:=/rig', *(
         word for side, name in (('left', 'one'), ('right', 'two'))
@@ -76,13 +61,14 @@ PEER_CAMERAS = [
         for word in ('-r', f'{side}/{topic}:={name}/{there}'))]
 
 
-def rectifies_and_names_what_means_nothing_in_one_warning(test):
+def has_its_name_rectifies_and_names_what_means_nothing_in_one_warning(test):
+    assert os.environ[PROFILES_FILE] == str(FOLDER.parent / 'config' / 'fastdds.xml')
     given = [name for name in IGNORED_PARAMETERS if name in PEER]
     assert len(given) == 10
     test.logged(f"stereo_image_proc's matchers are ignored: {', '.join(given)}")
     matches(test)
     names = ('approximate_sync', 'rectify', 'use_color', 'speckle_size', 'speckle_range')
-    assert test.parameters('/rig/disparity_node', *names) == [True, True, False, 50, 4]
+    assert test.parameters('/rig/stereo', *names) == [True, True, False, 50, 4]
 
 
 def matches_by_the_remappings_of_the_page(test):
@@ -163,14 +149,14 @@ def in_namespace(name):
 
 
 CASES = {
-    'ours': Case(lambda: small(node_name='stereo', namespace='rig', left_namespace='/left',
-                               right_namespace='/right'),
-                 has_the_name_that_was_given, wanted='/rig/'),
-    'managed': Case(lambda: small(managed='true'), is_brought_up_by_a_lifecycle_manager, begun=''),
+    'managed': Case(
+        lambda: included('fuzzy_stereo.launch.py', managed='true', disparity_range='16',
+                         confidence_threshold='0', input_qos='reliable'),
+        is_brought_up_by_a_lifecycle_manager, begun=''),
     "the peer's arguments": Case(
-        lambda: included('fuzzy_stereo.launch.py', **PEER),
-        rectifies_and_names_what_means_nothing_in_one_warning, {'cli_args': PEER_CAMERAS},
-        '/rig/'),
+        lambda: included('fuzzy_stereo.launch.py', node_name='stereo', **PEER),
+        has_its_name_rectifies_and_names_what_means_nothing_in_one_warning,
+        {'cli_args': PEER_CAMERAS}, '/rig/'),
     'the migration page': Case(
         lambda: included(written('stereo.launch.py', block('python'))),
         matches_by_the_remappings_of_the_page, {'cli_args': ['--ros-args', *CAMERAS]},

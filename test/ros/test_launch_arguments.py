@@ -5,15 +5,10 @@ import subprocess
 import sys
 
 from fuzzy_stereo_ros.parameters.table import IGNORED_PARAMETERS, ROS_PARAMETERS
-from launched import actions, FOLDER, launch_ros, PROFILES_FILE, visited
+from launched import actions, FOLDER, launch_ros, PEER, PROFILES_FILE, visited
 from node_process import ros_environment
 import pytest
 
-PEER = ('approximate_sync', 'use_color', 'avoid_point_cloud_padding', 'launch_image_proc',
-        'namespace', 'left_namespace', 'right_namespace', 'container', 'stereo_algorithm',
-        'prefilter_size', 'prefilter_cap', 'correlation_window_size', 'min_disparity',
-        'disparity_range', 'texture_threshold', 'speckle_size', 'speckle_range',
-        'disp12_max_diff', 'uniqueness_ratio', 'P1', 'P2', 'sgbm_mode')
 OUR_OWN = ('node_name', 'params_file', 'managed', 'queue_size',
            'approximate_sync_tolerance_seconds', 'image_transport', 'use_sim_time', 'log_level',
            'output')

@@ -4,7 +4,6 @@
 from functools import partial
 import os
 import re
-import signal
 
 from made_messages import shows
 from made_scenes import shifted_pair
@@ -66,6 +65,11 @@ def threads(bench):
     return len(os.listdir(f'/proc/{bench.node.identity}/task'))
 
 
+def ends_well(bench):
+    assert bench.node.finish() == 0
+    assert 'Traceback' not in bench.node.log() and 'ERROR' not in bench.node.log()
+
+
 def test_it_matches_while_it_is_active_alone_and_cleanup_gives_back_threads_and_topics(start):
     bench = start()
     manager = manager_of(bench)
@@ -109,22 +113,23 @@ def test_it_matches_while_it_is_active_alone_and_cleanup_gives_back_threads_and_
         left.append(threads(bench))
     assert left[2] <= left[1] + 1       # one of the middleware's may come or go
     assert not [name for name in found() if name.endswith(('/reset', '/save'))]
-    assert 'Traceback' not in bench.node.log()
+    assert [manager.change(name) for name in ('configure', 'activate')] == ['inactive', 'active']
+    ends_well(bench)
 
 
-@pytest.mark.parametrize('steps, end', [
-    ((), signal.SIGINT), (('configure',), 'shutdown'), (('configure', 'activate'), signal.SIGINT)])
-def test_it_can_be_shut_down_from_every_state_and_a_signal_ends_the_process_with_0(
-        start, steps, end):
+def test_it_can_be_shut_down_while_it_is_inactive(start):
     bench = start()
     manager = manager_of(bench)
-    for step in steps:
-        manager.change(step)
-    if end == 'shutdown':
-        assert manager.change('shutdown') == 'finalized'
-        bench.until(lambda: advertised(bench) + subscribed(bench) == 0, 'the topics are gone')
-    assert bench.node.finish() == 0
-    assert 'Traceback' not in bench.node.log() and 'ERROR' not in bench.node.log()
+    manager.change('configure')
+    assert manager.change('shutdown') == 'finalized'
+    bench.until(lambda: advertised(bench) + subscribed(bench) == 0, 'the topics are gone')
+    ends_well(bench)
+
+
+def test_a_signal_ends_it_with_code_0_before_it_is_configured(start):
+    bench = start()
+    manager_of(bench)
+    ends_well(bench)
 
 
 def test_a_transition_that_is_not_allowed_or_cannot_be_fails_with_why_and_the_node_lives(start):

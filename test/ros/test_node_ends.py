@@ -10,16 +10,6 @@ from node_process import START
 import pytest
 
 
-@pytest.mark.parametrize('number, moment', [
-    (signal.SIGTERM, 'ready'), (signal.SIGINT, 'loading the kernels')])
-def test_a_signal_ends_the_waiting_node_and_one_that_loads_kernels_with_code_0(
-        start_node, number, moment):
-    node = start_node()
-    node.logged(moment, timeout=START)
-    assert node.finish(number) == 0
-    assert 'Traceback' not in node.log()
-
-
 def test_two_signals_while_it_matches_end_it_with_code_0(make_bench):
     with make_bench('--ros-args', '-p', 'disparity_range:=64') as bench:
         bench.listen()
@@ -35,13 +25,14 @@ def test_two_signals_while_it_matches_end_it_with_code_0(make_bench):
         assert not {word for word in ('Traceback', 'ERROR', 'Failed') if word in log}
 
 
-def test_a_start_with_kernels_in_the_cache_compiles_none_and_says_what_happens(start_node):
+def test_a_start_with_kernels_in_the_cache_compiles_none_and_a_signal_ends_it_with_code_0(
+        start_node):
     def kept():
         return {path: path.stat().st_mtime_ns for path in FOLDER.rglob('*.nb?')}
 
     first = start_node()
     first.logged('ready', timeout=START)
-    first.finish()
+    assert first.finish(signal.SIGTERM) == 0
     before = kept()
     assert before
     node = start_node()
@@ -49,6 +40,7 @@ def test_a_start_with_kernels_in_the_cache_compiles_none_and_says_what_happens(s
     assert 'ready: the kernels are warm after' in node.logged('ready')
     assert node.finish() == 0
     assert kept() == before
+    assert 'Traceback' not in first.log() + node.log()
 
 
 def test_a_first_start_tells_in_diagnostics_and_in_the_log_how_far_it_is(

@@ -1,20 +1,28 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""The services of the real node: forget, and save what `fuzzy-stereo match` makes again."""
+"""The services of the real node, and the `ros2` commands of the pages by what they stand for."""
+import ast
 from contextlib import closing
 from functools import partial
 import json
+import shutil
 import threading
 from types import SimpleNamespace
 
 from fuzzy_stereo_ros.commands.command_line import main
+from fuzzy_stereo_ros.pairs.result_messages import TOPICS
+from fuzzy_stereo_ros.parameters.table import ROS_PARAMETERS
 from made_messages import values_of
 from made_scenes import noisy as made_noisy, shifted_pair
 from node_process import own_domain, SOON
 import numpy as np
+from pages import commands, pages_with_commands, ROOT
 import pytest
+import yaml
 
 LEFT, RIGHT = shifted_pair(7)
+COMMANDS = [words for page in pages_with_commands() for words in commands(page, 'ros2')]
+ROWS = {row.name: row for row in ROS_PARAMETERS}
 
 
 def noisy(seed):
@@ -69,7 +77,9 @@ def test_no_more_pairs_are_saved_than_the_parameter_allows(bench, saved):
     assert set(saved.rglob('*')) == before
     changed, reason = bench.set_parameters(max_saved_pairs=3)
     assert not changed and 'read-only parameter: max_saved_pairs' in reason
-    bench.match(LEFT, RIGHT)
+    shutil.rmtree(min(saved.iterdir()))
+    assert bench.match(LEFT, RIGHT) and bench.trigger('save')[0]
+    shutil.rmtree(min(saved.iterdir()))     # for the command of a page
 
 
 @pytest.fixture
@@ -140,3 +150,102 @@ def test_reset_has_the_next_pair_matched_as_if_it_were_the_first(bench):
     assert bench.trigger('reset') == (True, 'the next pair is matched without the previous frame')
     np.testing.assert_array_equal(matched(), alone)
     assert bench.counts()['warm start'] == 'false'
+
+
+# ---- the `ros2` commands of the pages ----
+
+
+def in_one_line(words):
+    return ' '.join(words)
+
+
+def type_of(topic):
+    """Return the message class of a topic of the node or of the cameras."""
+    from diagnostic_msgs.msg import DiagnosticArray
+    from fuzzy_stereo_ros.node.publications import TYPES
+    from sensor_msgs.msg import CameraInfo
+
+    outputs = {f'/{name}': TYPES[kind] for several in TOPICS.values() for name, kind in several}
+    cameras = {f'/{side}/camera_info': CameraInfo for side in ('left', 'right')}
+    return {'/diagnostics': DiagnosticArray, **outputs, **cameras}[topic]
+
+
+def set_parameter(bench, node, name, value):
+    assert node == '/disparity_node'
+    (before,) = bench.parameters(name)
+    assert bench.set_parameters(**{name: yaml.safe_load(value)}) == (True, '')
+    assert bench.parameters(name) == [yaml.safe_load(value)]
+    assert bench.set_parameters(**{name: before}) == (True, '')
+
+
+def describe(bench, node, name):
+    assert node == '/disparity_node'
+    assert bench.descriptor(name).description
+
+
+def call(bench, service, kind):
+    assert kind == 'std_srvs/srv/Trigger'
+    assert service.startswith('/disparity_node/')
+    bench.match(LEFT, RIGHT)
+    done, sentence = bench.trigger(service.rpartition('/')[2])
+    assert done, sentence
+
+
+def echo(bench, *words):
+    *options, topic = words
+    fields = [name for option, name in zip(options, options[1:]) if option == '--field']
+    messages = {}
+    bench.collect(type_of(topic), topic, messages)
+    bench.until(lambda: bench.rig.publish(LEFT, RIGHT) and messages, topic)
+    (_, message), *_ = messages.items()
+    for name in fields:
+        assert hasattr(message, name)
+
+
+def is_there(bench, *words):
+    topic = words[-1]
+    bench.until(lambda: topic in dict(bench.listener.get_topic_names_and_types()), topic)
+
+
+def node_is_there(bench, name):
+    bench.until(lambda: name in [f'{namespace}{node}' for node, namespace
+                                 in bench.listener.get_node_names_and_namespaces()], name)
+
+
+def recorded(bench, *words):
+    for topic in words[words.index('--topics') + 1:]:
+        is_there(bench, topic)
+
+
+MEANINGS = {('bag', 'record'): recorded, ('param', 'set'): set_parameter,
+            ('param', 'describe'): describe, ('service', 'call'): call,
+            ('topic', 'echo'): echo, ('topic', 'hz'): is_there, ('topic', 'info'): is_there,
+            ('node', 'info'): node_is_there}
+
+
+@pytest.mark.parametrize('words', [words for words in COMMANDS if words[1] != 'launch'],
+                         ids=in_one_line)
+def test_a_ros_command_does_what_it_says_with_the_real_node(bench, words):
+    if not bench.subscriptions:
+        bench.begin(LEFT, RIGHT)
+    MEANINGS[tuple(words[1:3])](bench, *words[3:])
+
+
+def arguments_of(file):
+    """Return the names of the arguments that a launch file has besides the node's parameters."""
+    tree = ast.parse((ROOT / 'launch' / file).read_text(encoding='utf-8'))
+    return {call.args[0].value for call in ast.walk(tree)
+            if isinstance(call, ast.Call) and getattr(call.func, 'id', '') == 'Parameter'}
+
+
+@pytest.mark.parametrize('words', [words for words in COMMANDS if words[1] == 'launch'],
+                         ids=in_one_line)
+def test_a_launch_command_has_arguments_of_its_file_with_allowed_values(words):
+    _, _, package, file, *given = words
+    assert package == 'fuzzy_stereo_ros'
+    if given == ['--show-args']:
+        given = []
+    settings = dict(word.split(':=') for word in given)
+    assert settings.keys() <= arguments_of(file) | ROWS.keys()
+    for name in settings.keys() & ROWS.keys():
+        ROWS[name].checked(yaml.safe_load(settings[name]))

@@ -56,13 +56,12 @@ def replayed(bag):
 
 
 @pytest.mark.parametrize(('pairs', 'options', 'parameters'), [
-    (scene(FRAMES), [], []),
+    (faint_scene(), [], []),
     (scene(FRAMES), ['--scale', '0.5', '--seed', '3', '--min-disparity', '-2', '--fill'],
      ['scale:=0.5', 'seed:=3', 'min_disparity:=-2', 'fill:=true']),
-    (faint_scene(), [], []),
     (scene(FRAMES), [word for name, value in PAPER.items() for word in (f'--{name}', value)],
      [f'{name}:={value}' for name, value in PAPER.items()])],
-    ids=['noisy', 'reduced', 'evolving', 'paper'])
+    ids=['evolving', 'reduced', 'paper'])
 def test_replay_and_the_live_node_give_identical_messages(
         make_bench, tmp_path, pairs, options, parameters):
     bag = written(tmp_path, pairs)

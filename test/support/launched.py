@@ -25,20 +25,19 @@ FOLDER = ROOT / 'launch'
 PROFILES_FILE = 'FASTRTPS_DEFAULT_PROFILES_FILE'
 SHIFT = 7
 PAIR = shifted_pair(SHIFT)
+# What may be given to the launch file of stereo_image_proc.
+PEER = {
+    'approximate_sync': 'True', 'use_color': 'False', 'avoid_point_cloud_padding': 'False',
+    'launch_image_proc': 'True', 'namespace': 'rig', 'left_namespace': 'one',
+    'right_namespace': 'two', 'container': 'stereo_container', 'stereo_algorithm': '1',
+    'prefilter_size': '9', 'prefilter_cap': '31', 'correlation_window_size': '15',
+    'min_disparity': '0', 'disparity_range': '16', 'texture_threshold': '10',
+    'speckle_size': '50', 'speckle_range': '4', 'disp12_max_diff': '0',
+    'uniqueness_ratio': '15.0', 'P1': '200.0', 'P2': '400.0', 'sgbm_mode': '0'}
 held = ExitStack()      # what a launch test holds on to from its start to its end
 # Launch opens its own log before a test can say where.
 launch.logging.launch_config.log_dir = tempfile.mkdtemp()
 atexit.register(shutil.rmtree, launch.logging.launch_config.log_dir)
-
-
-def hold_surroundings():
-    """Enter a domain of its own, with the variables of tests, until `Ended` is through."""
-    patch = held.enter_context(pytest.MonkeyPatch.context())
-    for name, value in ros_environment(
-            held.enter_context(tempfile.TemporaryDirectory())).items():
-        patch.setenv(name, value)
-    patch.setenv('ROS_DOMAIN_ID', str(held.enter_context(own_domain())))
-    patch.delenv(PROFILES_FILE)     # the launch files set it
 
 
 def included(file, **arguments):
@@ -48,25 +47,23 @@ def included(file, **arguments):
 
 
 def written(name, text):
-    """Return the path of a file with this text, which is there until `Ended` is through."""
+    """Return the path of a file with this text, which is there until `held` is closed."""
     path = Path(held.enter_context(tempfile.TemporaryDirectory())) / name
     path.write_text(text, encoding='utf-8')
     return str(path)
 
 
 def description(*entities):
-    """Return the LaunchDescription of a launch test in surroundings of its own."""
-    hold_surroundings()
+    """Return the LaunchDescription of a launch test in a domain of its own."""
+    patch = held.enter_context(pytest.MonkeyPatch.context())
+    for name, value in ros_environment(
+            held.enter_context(tempfile.TemporaryDirectory())).items():
+        patch.setenv(name, value)
+    patch.setenv('ROS_DOMAIN_ID', str(held.enter_context(own_domain())))
+    patch.delenv(PROFILES_FILE)     # the launch files set it
     patience = actions.SetLaunchConfiguration('sigterm_timeout', '60')  # s to end; 5 is launch's
     return launch.LaunchDescription([
         patience, *entities, launch_testing.actions.ReadyToTest()])
-
-
-def small(**arguments):
-    """Return the action that launches the node for the small pair, with further arguments."""
-    # Its QoS is reliable: a single pair that the busy machine loses would end a test.
-    return included('fuzzy_stereo.launch.py', disparity_range='16', confidence_threshold='0',
-                    input_qos='reliable', **arguments)
 
 
 @contextmanager

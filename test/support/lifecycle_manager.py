@@ -27,16 +27,13 @@ class Manager:
         answer = self._around.answer(self._clients[GetState], GetState.Request(), START)
         return answer.current_state.label
 
-    def ask(self, name):
-        """Ask for a transition by its name and return the Future of the answer."""
-        number = (SHUTDOWNS[self.state()] if name == 'shutdown' else
-                  getattr(Transition, f'TRANSITION_{name.upper()}'))
-        return self._clients[ChangeState].call_async(
-            ChangeState.Request(transition=Transition(id=number)))
-
     def change(self, name):
         """Ask for a transition, wait for its end, and return the label of the state then."""
-        before, future = self.state(), self.ask(name)
+        before = self.state()
+        number = (SHUTDOWNS[before] if name == 'shutdown' else
+                  getattr(Transition, f'TRANSITION_{name.upper()}'))
+        future = self._clients[ChangeState].call_async(
+            ChangeState.Request(transition=Transition(id=number)))
         self._around.until(future.done, f'the end of {name}', timeout=START)
         state = self.state()
         assert future.result().success == (state != before), name

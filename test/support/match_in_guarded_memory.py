@@ -5,8 +5,8 @@ A program that matches pairs where each array lies against a page that nobody ma
 
 Code that checks no bounds, as explicit SIMD, ends the process there when it reads or writes a
 byte too far; bytes on the other side of an array are compared when it is freed. Arguments:
-`before` or `behind`, where that page lies; a profile; how many kinds of images are matched in each
-size, and how many drawn sequences.
+`before` or `behind`, where that page lies; how many kinds of images are matched in each size, and
+how many drawn sequences; the profiles.
 """
 import ctypes
 from dataclasses import replace
@@ -154,14 +154,16 @@ def match_drawn(profile, number):
 
 
 def main():
-    """Run, print how many arrays were guarded and overwritten around, and end at once."""
-    where, profile, kinds, drawn = sys.argv[1:]
+    """Run, print for each profile how many arrays were guarded and overwritten around, and end."""
+    where, kinds, drawn, *profiles = sys.argv[1:]
     memory = GuardedMemory(where == 'before')
     memory.begin()
     arrays.SMALL = arrays.OWN       # each array has memory of its own, of any size
-    match_all(profile, int(kinds))
-    match_drawn(profile, int(drawn))
-    print(memory.guarded, memory.overwritten, flush=True)
+    for profile in profiles:
+        memory.guarded = memory.overwritten = 0
+        match_all(profile, int(kinds))
+        match_drawn(profile, int(drawn))
+        print(profile, memory.guarded, memory.overwritten, flush=True)
     os._exit(0)     # when the interpreter ends it frees arrays after what is called for that
 
 
