@@ -154,15 +154,6 @@ def strengths(choices, ages, most):
     return np.where(least >= 0, np.clip(np.floor(ages + 0.5) - 1, 1, most), 0)
 
 
-def brought_forward(source, choices, down, right, outside, tile=16):
-    """Return a map moved, but for the tiles whose choice is 0."""
-    found = moved(source, down, right, outside)
-    for at, place in tiles_of(source.shape, tile).items():
-        if choices[at] == 0:
-            found[place] = source[place]
-    return found
-
-
 def added_drifts(differences, rules, choices, drifts_then):
     """Return the drifts of tiles with this frame: float64 (2, tile rows, tile columns)."""
     found, keep = np.zeros((2, *choices.shape)), 1 - 1 / rules.OLDEST

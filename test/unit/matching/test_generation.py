@@ -11,7 +11,7 @@ from fuzzy_stereo_ros.matching.kernels.scanlines.tile_genes import (
 from fuzzy_stereo_ros.matching.kernels.scanlines.winner_takes_all import choose_of_target
 from fuzzy_stereo_ros.matching.kernels.temporal.change_detection import TILE
 from fuzzy_stereo_ros.matching.realtime.generation import (
-    AllLabels, gene_type, Generation, GROW, parent_of)
+    gene_type, Generation, GROW, parent_of)
 from fuzzy_stereo_ros.matching.realtime.possibility import FULL_SIZE, HALF_SIZE as BOXED
 from fuzzy_stereo_ros.matching.realtime.views import half_disparities
 from hypothesis import example, given, settings, strategies as st
@@ -112,28 +112,6 @@ def test_any_size_range_and_parents_are_those_of_the_twin(
         np.testing.assert_array_equal(origin[cells], np.vectorize(
             dict(zip(labels, origins)).get)(found.expected[0][cells]))
     check_chosen(found.generation.chosen, found.expected)
-
-
-@settings(max_examples=40)
-@given(st.integers(1, 70), st.integers(1, 70),
-       st.integers(1, 60) | st.sampled_from([255, 256, 257, 512]),
-       st.integers(-60, 9) | st.sampled_from([-2048, -200, 40]), st.sampled_from([0, 3]),
-       st.sampled_from([FULL_SIZE, BOXED]), st.integers(1, 3))
-def test_where_all_labels_are_genes_any_size_and_range_is_that_of_the_twin(
-        rows, columns, disparities, min_disparity, channels, model, threads):
-    left, right = small_pair(rows, columns, min(4, columns - 1), channels=channels)
-    possibility = seen(left, right, disparities, min_disparity, model)
-    search, pool = AllLabels(possibility), ThreadPool(threads)
-    for memory in (*search._memory, search._lines, search._sums):     # none is read before written
-        memory[:] = np.random.default_rng(1).integers(0, 256, memory.shape)
-    chain = Chain(pool)
-    search.select(chain)
-    chain.run()
-    pool.close()
-    check_chosen(search.chosen, twins.selected(
-        twin_costs(left, right, disparities, min_disparity, model),
-        twins.all_labels((rows, columns), disparities, SIDE),
-        *twin_penalties(possibility, model), SIDE))
 
 
 def test_pixels_farther_than_256_labels_apart_compete_for_the_target_too():
