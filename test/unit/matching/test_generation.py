@@ -55,7 +55,10 @@ class Selected:
                       1, 0, choices.astype(np.int8) if cell == 1 else None, TILE, shift)
             parents.append((PREVIOUS, before))
         self.generation, chain = Generation(possibility, few, mutation), Chain(ThreadPool(1))
-        self.generation.select(
+        generation = self.generation
+        for memory in (*generation._memory, generation._sums, generation._lines):
+            memory[:] = 255 * (seed % 2)        # of the generation before nothing counts
+        generation.select(
             chain, SimpleNamespace(
                 labels=labels, prior=None if model.box else half,
                 chosen=SimpleNamespace(labels=found), disparities=half_disparities(disparities)),

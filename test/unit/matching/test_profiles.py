@@ -86,9 +86,9 @@ def test_the_right_reference_is_the_left_one_of_the_mirrored_and_exchanged_pair(
 @pytest.mark.parametrize('colour', [False, True])
 @pytest.mark.parametrize('form', [
     lambda image: image.astype(np.uint16), lambda image: image.astype(np.uint16) << 4,
-    lambda image: image.astype(np.uint16) << 8, lambda image: np.repeat(image, 2, axis=1)[:, ::2],
-    np.asfortranarray, lambda image: image if image.ndim == 3 else np.stack(3 * [image], axis=2)],
-    ids=['16 bits', '12 of 16 bits', 'all 16 bits', 'strided', 'by columns', 'in colour'])
+    lambda image: image.astype(np.uint16) << 8,
+    lambda image: image if image.ndim == 3 else np.stack(3 * [image], axis=2)],
+    ids=['16 bits', '12 of 16 bits', 'all 16 bits', 'in colour'])
 def test_an_image_in_another_form_is_matched_to_the_same_bits_and_stays_as_it_is(
         config, form, colour):
     pair = scene(colour=colour)
