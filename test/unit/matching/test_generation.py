@@ -8,14 +8,12 @@ from fuzzy_stereo_ros.matching.bands import Chain, ThreadPool
 from fuzzy_stereo_ros.matching.kernels.possibility.costs import Prior, weight_of
 from fuzzy_stereo_ros.matching.kernels.scanlines.tile_genes import (
     HALF_SIZE, MOST_GENES, PREVIOUS, SIDE)
-from fuzzy_stereo_ros.matching.kernels.scanlines.winner_takes_all import choose_of_target
 from fuzzy_stereo_ros.matching.kernels.temporal.change_detection import TILE
 from fuzzy_stereo_ros.matching.realtime.generation import (
     gene_type, Generation, GROW, parent_of)
 from fuzzy_stereo_ros.matching.realtime.possibility import FULL_SIZE, HALF_SIZE as BOXED
 from fuzzy_stereo_ros.matching.realtime.views import half_disparities
 from hypothesis import example, given, settings, strategies as st
-import numba
 import numpy as np
 import reference_census
 import reference_generation as twins
@@ -101,6 +99,7 @@ def check_chosen(chosen, expected):
        st.sampled_from(['full', 'cells', None]), st.booleans(), st.integers(0, 1),
        st.sampled_from([FULL_SIZE, BOXED]))
 @example(20, 70, 700, 700, 0, 0, (0, 0), 'full', False, 1, FULL_SIZE)   # more than a tile can have
+@example(3, 600, 600, 600, 0, 0, (0, 0), 'full', False, 1, FULL_SIZE)   # 256 apart at a target
 def test_any_size_range_and_parents_are_those_of_the_twin(
         rows, columns, disparities, spread, min_disparity, seed, shift, previous, few,
         mutation, model):
@@ -115,17 +114,3 @@ def test_any_size_range_and_parents_are_those_of_the_twin(
         np.testing.assert_array_equal(origin[cells], np.vectorize(
             dict(zip(labels, origins)).get)(found.expected[0][cells]))
     check_chosen(found.generation.chosen, found.expected)
-
-
-def test_pixels_farther_than_256_labels_apart_compete_for_the_target_too():
-    labels = np.zeros(600, np.uint16)
-    labels[[10, 267, 523, 599]] = 5, 262, 518, 599 - 5
-    for dearer in ([5, 5, 5, 5], [4, 5, 5, 5], [5, 5, 4, 5], [255, 255, 255, 255]):
-        sums, target, offers = (np.full(606, value, kind) for value, kind in (
-            (7, np.uint8), (99, np.uint8), (0, np.uint16)))
-        sums[[10, 267, 523, 599]] = dearer
-        numba.njit(choose_of_target)(
-            labels.ctypes.data, 2, sums.ctypes.data, 600, offers.ctypes.data,
-            target.ctypes.data + 3, 600)
-        expected = reference_census.chosen_by_target(labels[None], sums[None, :600])[0]
-        assert target.tolist() == [99] * 3 + expected.tolist() + [99] * 3
