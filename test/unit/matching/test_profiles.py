@@ -8,11 +8,10 @@ import weakref
 
 from bench.conditions import misaligned
 from fuzzy_stereo_ros.matching import MatcherConfig, PROFILES, StereoMatcher
-from fuzzy_stereo_ros.matching.match import Camera
 from fuzzy_stereo_ros.matching.matcher import ALGORITHMS
 from fuzzy_stereo_ros.matching.over_frames.moving_camera import FOLLOWED
-from fuzzy_stereo_ros.synthetic.scenes import FOCAL, make_pair, make_sequence
-from made_scenes import bits, matched, scene
+from fuzzy_stereo_ros.synthetic.scenes import make_pair
+from made_scenes import bits, matched, scene, street, STREET_CAMERA
 import numpy as np
 import pytest
 from reference_refinement import components
@@ -142,14 +141,12 @@ def test_small_holes_are_filled_and_all_else_stays_as_it_is(profile, threshold):
     ('realtime', False), ('realtime', True), ('quality', True), ('paper_live', False)])
 def test_behind_a_camera_that_drives_a_restored_state_and_more_threads_give_the_same_bits(
         profile, stamped):
-    frames = list(make_sequence(130, 160, 24, 4, noise=2.0, drive=0.08, pan=1.0, objects=4))
-    camera = Camera(FOCAL * 160, FOCAL * 160, 159 / 2, 129 / 2)
     one, other, three = (StereoMatcher(MatcherConfig.from_profile(
         profile, disparities=24, threads=threads)) for threads in (1, 1, 3))
     other.match(*scene(seed=3)[:2])     # leaves no trace
-    for number, (left, right, *_) in enumerate(frames, 1):
+    for number, (left, right, *_) in enumerate(street()[:4], 1):
         stamp = number * 10**7 if stamped else None
-        matches = [matcher.match(left, right, stamp, camera=camera)
+        matches = [matcher.match(left, right, stamp, camera=STREET_CAMERA)
                    for matcher in (one, three, *[other] * (number == 4))]
         assert len({repr(bits(match)) for match in matches}) == 1
         if number == 3:
