@@ -58,8 +58,7 @@ COMMON = {'disparities': 24, 'threads': 1, 'generations': 2, 'reference': 'left'
 CONFIGS = {
     'realtime': MatcherConfig(**COMMON),
     'quality': MatcherConfig.from_profile('quality', **COMMON),
-    **{f'paper, {reading}': MatcherConfig.from_profile(
-        'paper', **COMMON, population=8, reading=reading) for reading in ('literal', 'uniform')}}
+    'paper': MatcherConfig.from_profile('paper', **COMMON, population=8)}
 SCENE = make_pair(40, 60, 24, seed=2, noise=2.0)
 
 

@@ -136,6 +136,16 @@ def test_a_child_of_regions_is_at_least_as_fit_as_both_parents_who_are_alike():
 
 
 @pytest.mark.parametrize('reading', READINGS)
+def test_gains_add_up_to_the_rise_of_the_best_which_never_declines(reading):
+    best = start = evolved(reading=reading, generations=0)[0].population.fitness.max()
+    for row in evolved(reading=reading, generations=30)[1].history:
+        assert sum(row.gains.values()) == pytest.approx(row.best_fitness - best, abs=1e-6)
+        assert row.best_fitness >= best
+        best = row.best_fitness
+    assert best > 1.2 * start
+
+
+@pytest.mark.parametrize('reading', READINGS)
 def test_the_result_is_the_best_in_pixels_and_by_how_much_its_matches_are_more_possible(reading):
     matcher, match = evolved(reading=reading, min_disparity=-2)
     best = matcher.population.genes[matcher.population.best]
