@@ -2,15 +2,13 @@
 # SPDX-License-Identifier: Apache-2.0
 """Plain twins of what averages pictures over frames, and of where the previous best counts."""
 import numpy as np
+from reference_warp import origins_of_tiles
 
 
 def moved(values, down, right, outside):
     """Return an array (R, C) moved down and to the right; what comes from beyond is `outside`."""
-    found = np.full_like(values, outside)
-    for row, column in np.ndindex(values.shape):
-        if 0 <= row - down < values.shape[0] and 0 <= column - right < values.shape[1]:
-            found[row, column] = values[row - down, column - right]
-    return found
+    origins = origins_of_tiles(np.ones(values.shape), down, right, values.shape)
+    return np.where(origins < 0, outside, values.flat[origins])
 
 
 def tiles_of(shape, tile):
@@ -152,15 +150,6 @@ def strengths(choices, ages, most):
     least = np.min([choices, around[1:-1, :-2], around[1:-1, 2:], around[:-2, 1:-1],
                     around[2:, 1:-1]], axis=0)
     return np.where(least >= 0, np.clip(np.floor(ages + 0.5) - 1, 1, most), 0)
-
-
-def brought_forward(source, choices, down, right, outside, tile=16):
-    """Return a map moved, but for the tiles whose choice is 0."""
-    found = moved(source, down, right, outside)
-    for at, place in tiles_of(source.shape, tile).items():
-        if choices[at] == 0:
-            found[place] = source[place]
-    return found
 
 
 def added_drifts(differences, rules, choices, drifts_then):

@@ -1,8 +1,6 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Plain twins of crossovers over an exchange of genes, and choices found by trying all."""
-from itertools import product
-
+"""Plain twins of crossovers over an exchange of genes."""
 import numpy as np
 
 EARLIER = {4: [(0, -1), (-1, 0)], 8: [(0, -1), (-1, -1), (-1, 0), (-1, 1)]}
@@ -35,9 +33,3 @@ def regions(exchange, advantage=0):
         if change_of(exchange, inside) + advantage * inside.sum() < 0:
             taken |= inside
     return taken
-
-
-def cheapest_choice(exchange):
-    """Return the cheapest of all choices of cells, and of these the one of the fewest."""
-    return min(product([False, True], repeat=exchange.cells.size),
-               key=lambda taken: (change_of(exchange, taken), sum(taken)))

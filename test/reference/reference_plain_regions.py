@@ -1,9 +1,9 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Plain twins of the evidence of plain regions: realtime/plain_regions.py and its kernels."""
-import cv2
 import numpy as np
 from reference import windows
+from reference_refinement import components
 
 SMOOTH, SLOPE = np.array([1, 4, 6, 4, 1]), np.array([-1, -2, 0, 2, 1])
 LARGEST, ROWS, COLUMNS, COUNTED = 11, 8, 16, 4
@@ -25,11 +25,11 @@ def plain_mask(steps, limit):
 
 def regions(mask, least):
     """Return the number of each pixel's region, -1 for none, by the regions' first pixels."""
-    number, labels = cv2.connectedComponents(mask.astype(np.uint8), connectivity=4)
-    sizes = {label: (labels == label).sum() for label in range(1, number)}
-    kept = sorted((label for label in sizes if sizes[label] >= least),
-                  key=lambda label: np.flatnonzero(labels == label)[0])
-    return np.vectorize(lambda label: kept.index(label) if label in kept else -1)(labels)
+    numbers = np.full(mask.shape, -1)
+    kept = [found for found in components(mask, lambda *_: True) if len(found) >= least]
+    for number, places in enumerate(kept):
+        numbers[tuple(np.transpose(places))] = number
+    return numbers
 
 
 def every_other_row(luminance):

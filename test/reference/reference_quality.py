@@ -3,16 +3,16 @@
 """Plain twins of the kernels of the profile quality, one cell at a time."""
 from fuzzy_stereo_ros.matching.kernels.possibility import fuzzy_costs
 import numpy as np
+from reference import windows
 
 FULL = fuzzy_costs.FULL
 
 
 def census(fine, radius):
     """Return the codes, uint16 (R, 2, C), of fine grey with repeated borders."""
-    inner = fine[radius:-radius, radius:-radius]
-    around = np.lib.stride_tricks.sliding_window_view(fine, 2 * (2 * radius + 1,)).reshape(
-        *inner.shape, -1)
-    darker = np.delete(around < inner[..., np.newaxis], around.shape[2] // 2, axis=2)
+    inner = np.s_[radius:-radius, radius:-radius]
+    darker = windows(fine, radius)[inner] < fine[inner][..., np.newaxis]
+    darker = np.delete(darker, darker.shape[2] // 2, axis=2)
     codes = darker @ 2**np.arange(darker.shape[2])
     return np.stack([codes & 65535, codes >> 16], axis=1).astype(np.uint16)
 

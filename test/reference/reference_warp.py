@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Plain twins of what moves a map or a population by the motion of the camera, cell by cell."""
 import numpy as np
+from reference_search import doubled
 
 
 def seen_from(view, column, row, disparity):
@@ -70,14 +71,10 @@ def trusted_moved(moved, source, before, distances, half, half_distances, rules)
 
 def moved_prior(moved, moved_weights, highest, known, weights):
     """Return labels and weights at full size."""
-    def spread(cells):
-        full = np.repeat(np.repeat(cells, 2, axis=0), 2, axis=1)
-        missing = np.subtract(known.shape, full.shape)
-        return np.pad(full, ((0, missing[0]), (0, missing[1])), 'edge')
-
-    moves = (weights == 0) & (spread(moved_weights) > 0)
-    labels = np.where(moves, np.minimum(np.floor(spread(moved) + 0.5), highest), known)
-    return labels, np.where(moves, spread(moved_weights), weights)
+    moved, moved_weights = (doubled(cells, known.shape) for cells in (moved, moved_weights))
+    moves = (weights == 0) & (moved_weights > 0)
+    labels = np.where(moves, np.minimum(np.floor(moved + 0.5), highest), known)
+    return labels, np.where(moves, moved_weights, weights)
 
 
 def note_survivors(labels, moved, moved_weights, source, survived):

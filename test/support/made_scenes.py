@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Small made scenes, noise, matches of them, and how matches compare."""
 from dataclasses import replace
-from functools import partial
+from functools import cache, partial
 
 from bench.scoring import ScoredPair
 import cv2
@@ -10,16 +10,17 @@ from fuzzy_stereo_ros.evaluation.catalogue import Scene
 from fuzzy_stereo_ros.evaluation.ground_truth import MIDDLEBURY
 from fuzzy_stereo_ros.evaluation.scores import score
 from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
-from fuzzy_stereo_ros.matching.match import Match
+from fuzzy_stereo_ros.matching.match import Camera, Match
 from fuzzy_stereo_ros.matching.row_alignment import Rows
 from fuzzy_stereo_ros.pair_matcher import MatchedPair
 from fuzzy_stereo_ros.pairs.stereo_pair import Calibration, Projection, StereoPair
-from fuzzy_stereo_ros.synthetic.scenes import make_pair
+from fuzzy_stereo_ros.synthetic.scenes import FOCAL, make_pair, make_sequence
 import numpy as np
 
 DISPARITIES = 24
 ROWS, COLUMNS, FEW = 40, 72, 16     # of `known` and `small_scene`; FEW: disparities
 LARGE = 240, 320, 32                # of `large_scene`, in which rows can be measured
+STREET_CAMERA = Camera(FOCAL * 160, FOCAL * 160, 159 / 2, 129 / 2)
 CALIBRATION = Calibration(focal=400.0, baseline=0.1, offset=-1.5,
                           left=Projection(400.0, 402.0, 170.0, 60.0))
 
@@ -32,6 +33,12 @@ def scene(rows=60, columns=100, seed=0, **options):
 def large_scene(noise=2.0):
     """Return a noisy `ScenePair` of LARGE."""
     return make_pair(*LARGE, seed=2, objects=6, noise=noise)
+
+
+@cache
+def street():
+    """Return six `ScenePair`s of DISPARITIES behind STREET_CAMERA, which drives and turns."""
+    return list(make_sequence(130, 160, DISPARITIES, 6, 1, noise=1.0, drive=0.08, pan=2.0))
 
 
 def shifted_pair(shift, rows=60, columns=120, seed=0):

@@ -3,19 +3,21 @@
 """Bands of rows, and the pool that works on them."""
 from itertools import count
 import os
-import subprocess
+from pathlib import Path
 import sys
 import threading
 from types import SimpleNamespace
 
-from fuzzy_stereo_ros.matching import bands
+from fuzzy_stereo_ros.matching import bands, StereoMatcher
 from fuzzy_stereo_ros.matching.bands import (
     Chain, cut_bands, cut_parts, HelperAffinity, MOST_PARTS, ThreadPool, widened)
+from fuzzy_stereo_ros.synthetic.scenes import make_pair
 from hypothesis import given, settings, strategies as st
+from made_scenes import bits
 import numpy as np
 import pytest
-from repository import ROOT
 
+FOLDER = str(Path(bands.__file__).parent)
 PATIENCE = 300      # s
 
 
@@ -155,18 +157,19 @@ def test_stages_of_a_chain_need_those_before_or_the_bands_that_they_read():
     assert done == list(7 * bands)
 
 
-def test_a_chain_begins_what_needs_nothing_before_what_others_do_has_ended():
-    pool, second = ThreadPool(2), threading.Event()
-    chain = Chain(pool)
-    chain.each(lambda _: second.wait(PATIENCE) or pytest.fail('it waits'), [0])
-    chain.each(lambda _: second.set(), [0], after=0)
-    chain.run()
-    pool.close()
-    assert second.is_set()
-
-
 class Struck(BaseException):
     """An exception that comes at any line, as an interrupt does."""
+
+
+def struck(strike, ours):
+    """Return a function that traces lines and raises at one of them, and the counter of lines."""
+    lines = count()
+
+    def trace(frame, event, argument):
+        if ours(frame) and event == 'line' and next(lines) == strike:
+            raise Struck
+        return trace if ours(frame) else None
+    return trace, lines
 
 
 # A helper that waits for its next call may end; another one takes its place.
@@ -175,14 +178,8 @@ class Struck(BaseException):
 @given(st.integers(0, 400), st.integers(1, 4), st.lists(st.floats(0, 1), max_size=12))
 def test_an_exception_at_any_line_of_any_thread_ends_the_call_for_all_threads(
         strike, threads, shares):
-    needs, lines = [round(share * index) for index, share in enumerate(shares)], count()
+    needs = [round(share * index) for index, share in enumerate(shares)]
     pool, working, done, told = ThreadPool(threads), [], [], []
-
-    def trace(frame, event, argument):
-        ours = frame.f_code.co_filename == bands.__file__ or frame.f_code is work.__code__
-        if ours and event == 'line' and next(lines) == strike:
-            raise Struck
-        return trace if ours else None
 
     def work(item):
         working.append(item)
@@ -201,6 +198,8 @@ def test_an_exception_at_any_line_of_any_thread_ends_the_call_for_all_threads(
             told.append(len(working))
 
     kernel = threading.Event()
+    trace, _ = struck(strike, lambda frame: frame.f_code.co_filename == bands.__file__
+                      or frame.f_code is work.__code__)
     threading.settrace(trace)       # of helpers
     caller = threading.Thread(target=call, daemon=True)
     caller.start()
@@ -215,52 +214,26 @@ def test_an_exception_at_any_line_of_any_thread_ends_the_call_for_all_threads(
     pool.close()
 
 
-INTERRUPTED = """
-import random, signal, threading
-from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
-from fuzzy_stereo_ros.matching.kernels.compiled import KernelCache
-from fuzzy_stereo_ros.matching.realtime import matcher as realtime
-from fuzzy_stereo_ros.synthetic.scenes import make_pair
-from made_scenes import bits
+def test_an_interrupt_at_any_line_ends_a_match_on_four_threads_and_the_next_one_is_as_before():
+    def ours(frame):        # an interrupt finds the main thread wait while kernels are loaded
+        file = frame.f_code.co_filename
+        return file.startswith(FOLDER) and 'kernels' not in file
 
-
-def interrupt(*_):
-    if armed:
-        raise KeyboardInterrupt
-
-
-def load(*arguments, load=KernelCache.load_overload):
-    assert threading.current_thread() is not threading.main_thread()
-    return load(*arguments)
-
-KernelCache.load_overload = load    # an interrupt would be lost there, or leave numba locked
-armed, interrupted, longest, expected = False, 0, 0.5, None
-signal.signal(signal.SIGALRM, interrupt)
-realtime.FEWEST_SHARED = 0     # threads share small images, too
-pair = make_pair(160, 240, 32, noise=2.0)
-matcher = StereoMatcher(MatcherConfig(disparities=32, threads=4, warm_start=False, fill=True))
-for _ in range(60):
-    armed = True
-    try:
-        signal.setitimer(signal.ITIMER_REAL, random.uniform(0.0002, longest))
-        matcher.match(pair.left, pair.right)
-        armed = False
-    except KeyboardInterrupt:
-        armed, interrupted = False, interrupted + 1
-    match = matcher.match(pair.left, pair.right)
-    longest = min(longest, match.times['total'] / 1000)
-    expected = expected or bits(match)
-    assert bits(match) == expected
-print(interrupted)
-"""
-
-
-def test_an_interrupt_ends_a_match_on_four_threads_and_the_next_one_is_as_before():
-    done = subprocess.run([sys.executable, '-c', INTERRUPTED], capture_output=True, text=True,
-                          timeout=PATIENCE, cwd=ROOT,
-                          env={**os.environ, 'PYTHONPATH': f'{ROOT}:{ROOT / "test" / "support"}'})
-    assert done.returncode == 0, done.stderr
-    assert int(done.stdout) > 30
+    left, right, *_ = make_pair(160, 240, 32, noise=2.0)
+    matcher = StereoMatcher(disparities=32, threads=4, warm_start=False, fill=True)
+    expected, number, interrupted = bits(matcher.match(left, right)), None, 0
+    for share in (0, *np.random.default_rng(0).random(60)):     # at first lines are counted
+        trace, lines = struck(number and int(share * number), ours)
+        sys.settrace(trace)
+        try:
+            matcher.match(left, right)
+        except Struck:
+            interrupted += 1
+        finally:
+            sys.settrace(None)
+        number = number or next(lines)
+        assert bits(matcher.match(left, right)) == expected
+    assert number > 1000 and interrupted > 30
 
 
 def test_the_threads_of_a_deleted_thread_pool_end():

@@ -45,12 +45,16 @@ def cut(exchange):
 
 
 def least_cost_by_flow(exchange):
-    """Return the change of cost of the best choice, by networkx; pairs not above 0."""
-    graph, constant = networkx.DiGraph(), 0
+    """
+    Return the change of cost of the best choice, and how many cells it takes at least: networkx.
+
+    For pairs that are not above 0; a cell costs a little, so that of equal choices few cells win.
+    """
+    graph, constant, unit = networkx.DiGraph(), 0, exchange.cells.size + 1
     graph.add_nodes_from(['first', 'second'])
-    alone = [int(change) for change in exchange.alone]
+    alone = [int(change) * unit + 1 for change in exchange.alone]
     for one, other, side in twins.pairs_of(exchange):
-        weight = -int(exchange.pairs[one, side])
+        weight = -int(exchange.pairs[one, side]) * unit
         alone[one] -= weight
         graph.add_edge(one, other, capacity=weight)
     for index, change in enumerate(alone):
@@ -59,7 +63,8 @@ def least_cost_by_flow(exchange):
             graph.add_edge('second', index, capacity=-change)
         else:
             graph.add_edge(index, 'first', capacity=change)
-    return constant + networkx.minimum_cut_value(graph, 'second', 'first')
+    change, cells = divmod(constant + networkx.minimum_cut_value(graph, 'second', 'first'), unit)
+    return change, cells
 
 
 @settings(max_examples=200)
@@ -69,21 +74,15 @@ def test_regions_are_taken_as_by_trying_each(exchange, advantage):
     np.testing.assert_array_equal(taken, twins.regions(exchange, advantage))
 
 
-@settings(max_examples=100)
-@given(exchanges(most=3))
-def test_a_cut_is_the_cheapest_of_all_choices_and_of_these_that_of_the_fewest_cells(exchange):
-    np.testing.assert_array_equal(cut(exchange), twins.cheapest_choice(exchange))
-
-
 @settings(max_examples=150)
 @given(exchanges(most=14) | st.builds(
     exchange_of, st.sampled_from([(1, 40), (40, 1), (2, 30), (30, 2)]), st.sampled_from([4, 8]),
     st.integers(0, 99), st.just(0.9), st.just((-LARGEST_CHANGE, LARGEST_CHANGE + 1)),
     st.just((-LARGEST_CHANGE, 1))))
-def test_a_cut_costs_what_another_maximum_flow_says(exchange):
+def test_a_cut_costs_what_another_maximum_flow_says_and_takes_the_fewest_cells(exchange):
     """Also of the widest changes; pairs with what is no cell, left in memory, do not count."""
     expected, used = cut(exchange), Cut(*exchange.shape, exchange.neighbours)
-    assert twins.change_of(exchange, expected) == least_cost_by_flow(exchange)
+    assert (twins.change_of(exchange, expected), expected.sum()) == least_cost_by_flow(exchange)
     there = np.zeros(exchange.pairs.shape, bool)
     for one, _, side in twins.pairs_of(exchange):
         there[one, side] = True

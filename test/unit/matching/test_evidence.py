@@ -70,7 +70,7 @@ def test_a_burnt_out_window_gives_no_confidence_and_its_surroundings_keep_theirs
     top, left = random.integers(30, 50), random.integers(60, 90)
     for image, moved in zip(pair, (0, 9)):
         image[top:top + 40, left - moved:left - moved + 60] = 400 if white else -200
-    matcher = StereoMatcher(MatcherConfig.from_profile(profile, disparities=32))
+    matcher = StereoMatcher(profile, disparities=32, population=8, generations=4)
     for _ in range(3):
         match = matcher.match(*(np.clip(image + random.normal(0, 1.5, image.shape), 0, 255).astype(
             np.uint8) for image in pair))

@@ -5,20 +5,18 @@ from dataclasses import replace
 
 from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
 from fuzzy_stereo_ros.matching.kernels.temporal.warp import inherit, origins_of_tiles
-from fuzzy_stereo_ros.matching.match import Camera
 from fuzzy_stereo_ros.matching.over_frames import moving_camera
 from fuzzy_stereo_ros.matching.paper.matcher import Stages
-from fuzzy_stereo_ros.synthetic.scenes import FOCAL, make_pair, make_sequence
+from fuzzy_stereo_ros.synthetic.scenes import make_pair, make_sequence
 from hypothesis import given, settings, strategies as st
 import made_scenes
-from made_scenes import bits, wrong
+from made_scenes import bits, street, STREET_CAMERA, wrong
 import numpy as np
 import pytest
 import reference_warp as twins
 
 ROWS, COLUMNS, DISPARITIES, FRAMES = 130, 160, 24, 6
 CONFIG = MatcherConfig.from_profile('paper_live', disparities=DISPARITIES, fill=True, threads=1)
-CAMERA = Camera(FOCAL * COLUMNS, FOCAL * COLUMNS, (COLUMNS - 1) / 2, (ROWS - 1) / 2)
 
 
 def frames(number=FRAMES, seed=1, **options):
@@ -64,9 +62,9 @@ def test_the_whole_population_is_handed_on_fittest_first_and_moves_with_a_pannin
 
 
 def test_a_population_moves_with_the_camera_and_compares_a_road_along_its_slope():
-    pairs = frames(drive=0.08, pan=2.0, noise=1.0)
-    followed, _ = matches_of(pairs, CAMERA)
-    facing, _ = matches_of(pairs, CAMERA, Stages(slopes=None))
+    pairs = street()
+    followed, _ = matches_of(pairs, STREET_CAMERA)
+    facing, _ = matches_of(pairs, STREET_CAMERA, Stages(slopes=None))
     assert followed[-1].motion == moving_camera.FOLLOWED
     assert bits(followed[0]) == bits(facing[0])
     for others in (facing, matches_of(pairs)[0]):

@@ -89,8 +89,8 @@ def causes_of(check, frames):
     return [one and one.cause for one in found]
 
 
-@pytest.mark.parametrize('side', ['left', 'right'])
-@pytest.mark.parametrize('step, bits', [(0, 12), (3, 8), (-6, 12)])
+@pytest.mark.parametrize('side, step, bits', [
+    ('left', 0, 12), ('right', 3, 8), ('left', -6, 12)])
 def test_a_camera_that_froze_is_told_by_its_side_as_long_as_it_hangs(scene, side, step, bits):
     """While the other one turns, to either side, or only its noise changes; not if both rest."""
     random = np.random.default_rng(0)

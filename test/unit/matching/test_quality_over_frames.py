@@ -7,28 +7,27 @@ from itertools import pairwise
 import cv2
 from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
 from fuzzy_stereo_ros.matching.bands import ThreadPool
-from fuzzy_stereo_ros.matching.match import Camera, Match, mirrored
+from fuzzy_stereo_ros.matching.match import Match, mirrored
 from fuzzy_stereo_ros.matching.over_frames import moving_camera
 from fuzzy_stereo_ros.matching.over_frames.inheritance import Inheritance
 from fuzzy_stereo_ros.matching.quality.exposure import exposed_alike
 from fuzzy_stereo_ros.matching.quality.matcher import LEAST_AGE, QualityState
 from fuzzy_stereo_ros.matching.quality.operators import OPERATORS
 from fuzzy_stereo_ros.matching.quality.seed import parent_of, ScanlineSeed
-from fuzzy_stereo_ros.synthetic.scenes import FOCAL, make_sequence
+from fuzzy_stereo_ros.synthetic.scenes import make_sequence
 from hypothesis import given, strategies as st
 import made_scenes
-from made_scenes import matched, scene, wrong
+from made_scenes import matched, scene, street, STREET_CAMERA, wrong
 import numpy as np
 import pytest
 
 ROWS, COLUMNS, DISPARITIES = 80, 112, 24
 CONFIG = MatcherConfig.from_profile('quality', disparities=DISPARITIES, threads=1, fill=True)
-CAMERA = Camera(FOCAL * 160, FOCAL * 160, 159 / 2, 129 / 2)      # of 130 x 160 pixels
 
 
-def frames(number, size=(ROWS, COLUMNS), **options):
-    return list(make_sequence(*size, DISPARITIES, number, 1,
-                              **{'noise': 2.0, 'objects': 3, 'colour': True, **options}))
+def frames(number, noise):
+    return list(make_sequence(ROWS, COLUMNS, DISPARITIES, number, 1, noise=noise, objects=3,
+                              colour=True))
 
 
 def matches_of(pairs, camera=None, matcher=None, **changes):
@@ -82,16 +81,12 @@ def test_a_still_scene_in_noise_gets_better_and_flickers_less_and_after_a_cut_al
     assert not other.warm and other.generations == CONFIG.generations
 
 
-def test_made_scenes_are_found_and_crossovers_lose_nothing():
+def test_made_scenes_are_found():
     for seed in range(3):
         pair = scene(90, 140, seed)
         match = matched(pair, CONFIG, generations=6)
         assert wrong(match, pair) < 5
-        assert len(match.history) == 6
-        for row in match.history:
-            assert list(row.gains) == list(OPERATORS)
-            assert 0 < row.best_fitness < 1 and row.mean_fitness <= row.best_fitness
-            assert all(gain >= 0 for name, gain in row.gains.items() if name != 'trust')
+        assert [list(row.gains) for row in match.history] == 6 * [list(OPERATORS)]
 
 
 @pytest.mark.parametrize('noisy, least, apart, square', [
@@ -134,10 +129,10 @@ def test_a_region_that_was_wrong_in_the_frame_before_is_no_parent_of_the_next_on
 
 
 def test_a_map_moves_with_the_camera():
-    pairs = frames(3, (130, 160), drive=0.08, pan=2.0, noise=0)
-    _, matcher = matches_of(pairs[:2], CAMERA)
+    pairs = street()[:3]
+    _, matcher = matches_of(pairs[:2], STREET_CAMERA)
     inheritance, before = matcher.algorithm._inheritance, matcher.state
-    (followed,), _ = matches_of(pairs[2:], CAMERA, matcher)
+    (followed,), _ = matches_of(pairs[2:], STREET_CAMERA, matcher)
     assert followed.motion == moving_camera.FOLLOWED and followed.warm
     assert wrong(followed, pairs[-1]) < wrong(matched(pairs[-1], CONFIG), pairs[-1]) + 0.3
     for side, truth in enumerate(matcher.state.own.disparities):

@@ -34,7 +34,7 @@ FORMS = [lambda image: image, lambda image: image.astype(np.uint16) * 250,
          lambda image: np.stack([image] * 3, 2), lambda image: (0.4 * image + 60).astype(np.uint8)]
 
 
-@settings(max_examples=40)
+@settings(max_examples=20)
 @example(tilt=0.0, roll=0.0, zoom=0.0, form=FORMS[0])
 @given(tilt=st.floats(-1, 1), roll=st.floats(-0.4, 0.4), zoom=st.floats(-0.6, 0.6),
        form=st.sampled_from(FORMS))

@@ -16,16 +16,18 @@ from fuzzy_stereo_ros.matching.kernels.temporal.unchanged_tiles import (
 from fuzzy_stereo_ros.matching.kernels.units import CONSISTENT
 from fuzzy_stereo_ros.matching.over_frames.averaging import Averaging, History, PictureShift
 from fuzzy_stereo_ros.matching.realtime.possibility import CensusPicture
-from hypothesis import given, settings, strategies as st
+from hypothesis import example, given, settings, strategies as st
 from made_scenes import noisy
 import numpy as np
 import pytest
 import reference_averaging as twins
 from reference_census import eight_bits
 from reference_search import doubled
+from reference_warp import origins_of_tiles
 
-SHAPES = [(2, 2), (1, 40), (40, 1), (16, 16), (17, 33), (33, 50)]
-SHIFTS = [(0, 0), (0, 2), (3, -7), (-16, 20), (0, 900), (-900, 0), (5, -900)]
+SHAPES = st.tuples(st.integers(1, 50), st.integers(1, 50))
+SHIFTS = st.tuples(st.integers(-20, 20), st.integers(-20, 20)) | st.sampled_from([
+    (0, 0), (0, 2), (0, 900), (-900, 0), (5, -900)])
 
 
 def pictures(shape, seed=0, step=700, top=2**16):
@@ -43,15 +45,15 @@ def tiles_of(shape):
 # ---- the kernels ----
 
 
-@pytest.mark.parametrize('shape', SHAPES)
-@pytest.mark.parametrize('shift', SHIFTS)
-@pytest.mark.parametrize('step', [700, 65535])
-def test_the_differences_of_tiles_are_those_of_the_twin(shape, shift, step):
-    now, before = pictures(shape, 1, step)
-    tiles = tiles_of(shape)
-    found = np.full((8, *tiles), 99, np.float32)
-    for first, last in ((0, 1), (1, tiles[0])):
-        compare_tiles(padded(now), before, *shift, found, first, last)
+@settings(max_examples=80)
+@given(SHAPES, SHIFTS, st.sampled_from([700, 65535]), st.integers(0, 99))
+def test_what_is_measured_of_tiles_is_that_of_the_twins(shape, shift, step, seed):
+    (now, before), tiles = pictures(shape, seed, step), tiles_of(shape)
+    found, rough = (np.full((*measures, *tiles), 99, np.float32) for measures in ((8,), ()))
+    for rows in ((0, 1), (1, tiles[0])):
+        compare_tiles(padded(now), before, *shift, found, *rows)
+        roughness(padded(now), shape[1], rough, *rows)
+    np.testing.assert_allclose(rough, twins.roughness(now), rtol=1e-5)
     expected = twins.tile_differences(now, before, *shift)
     np.testing.assert_allclose(found[:4], expected[:4], rtol=1e-5, atol=1e-5)
     # float32 leaves the rest of large sums that cancel
@@ -60,16 +62,7 @@ def test_the_differences_of_tiles_are_those_of_the_twin(shape, shift, step):
     np.testing.assert_allclose(found[5:], expected[5:], rtol=1e-3, atol=1)
 
 
-@pytest.mark.parametrize('shape', SHAPES)
-def test_roughness_is_that_of_the_twin(shape):
-    luminance, _ = pictures(shape)
-    found = np.full(tiles_of(shape), 99, np.float32)
-    for first, last in ((0, 1), (1, found.shape[0])):
-        roughness(padded(luminance), shape[1], found, first, last)
-    np.testing.assert_allclose(found, twins.roughness(luminance), rtol=1e-5)
-
-
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(st.integers(1, 6), st.integers(1, 6), st.integers(1, 2), st.sampled_from([1, 200]),
        st.integers(0, 99))
 def test_the_noise_of_tiles_is_that_of_the_twin(rows, columns, shifts, levels, seed):
@@ -84,7 +77,7 @@ def test_the_noise_of_tiles_is_that_of_the_twin(rows, columns, shifts, levels, s
     assert noise == pytest.approx(expected[1])
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(st.integers(1, 4), st.integers(1, 4), st.integers(1, 80), st.integers(0, 99))
 def test_which_tiles_are_the_same_is_as_in_the_twin(rows, columns, noise, seed):
     random = np.random.default_rng(seed)
@@ -101,9 +94,8 @@ def test_which_tiles_are_the_same_is_as_in_the_twin(rows, columns, noise, seed):
     np.testing.assert_array_equal(sizes, differences[:, 0].min(axis=0))
 
 
-@settings(max_examples=60, deadline=None)
-@given(st.sampled_from(SHAPES), st.sampled_from(SHIFTS), st.sampled_from([300, 65535]),
-       st.integers(0, 999))
+@settings(max_examples=60)
+@given(SHAPES, SHIFTS, st.sampled_from([300, 65535]), st.integers(0, 999))
 def test_a_blended_picture_is_that_of_the_twin(shape, shift, step, seed):
     now, before = pictures(shape, seed, step)
     random, tiles = np.random.default_rng(seed), tiles_of(shape)
@@ -123,7 +115,7 @@ def test_a_blended_picture_is_that_of_the_twin(shape, shift, step, seed):
     assert np.all(grey[:, shape[1]:] == 7)
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(st.integers(1, 4), st.integers(1, 4), st.integers(0, 99))
 def test_what_tiles_drift_adds_up_and_is_rejected_as_in_the_twin(rows, columns, seed):
     random = np.random.default_rng(seed)
@@ -145,16 +137,14 @@ def test_what_tiles_drift_adds_up_and_is_rejected_as_in_the_twin(rows, columns, 
     assert not drifts[:, drifting].any()
 
 
-PAIR_SHAPES = [(2, 2), (5, 40), (33, 50)]
-
-
-@settings(max_examples=40, deadline=None)
-@given(st.sampled_from(PAIR_SHAPES), st.sampled_from([(0, 0), (2, -3), (-5, 7), (0, 900)]),
-       st.sampled_from([0, -6]), st.integers(0, 999))
-def test_how_alike_both_views_change_is_as_in_the_twin(shape, shift, offset, seed):
+@settings(max_examples=40)
+@given(st.sampled_from([(2, 2), (5, 40), (33, 50)]), SHIFTS, st.sampled_from([0, -6]),
+       st.integers(0, 999))
+def test_how_alike_both_views_change_and_their_ages_are_as_in_the_twins(
+        shape, shift, offset, seed):
     views, before = zip(*(pictures(shape, seed + side) for side in (0, 1)))
     random, tiles = np.random.default_rng(seed), tiles_of(shape)
-    labels, shifts = random_map(shape, 20, seed), np.array([(0, 0), shift], np.int64)
+    labels, shifts = random_map(shape, 25, seed), np.array([(0, 0), shift], np.int64)
     choices = random.integers(-1, 2, tiles).astype(np.int8)
     tested = random.integers(0, 2, tiles).astype(bool)
     # contrast as large as the differences, or none
@@ -166,17 +156,7 @@ def test_how_alike_both_views_change_is_as_in_the_twin(shape, shift, offset, see
                       (shifts, differences, choices), found, first, last)
     np.testing.assert_allclose(found, twins.alike(
         views, before, labels, offset, shifts, tested, choices), atol=1e-6)
-
-
-@settings(max_examples=40, deadline=None)
-@given(st.sampled_from(PAIR_SHAPES), st.sampled_from([(0, 0), (2, -3), (-20, 17), (0, 900)]),
-       st.sampled_from([0, -6]), st.integers(0, 999))
-def test_the_ages_of_both_views_are_those_of_the_twin(shape, shift, offset, seed):
-    random, tiles = np.random.default_rng(seed), tiles_of(shape)
-    labels, shifts = random_map(shape, 30, seed), np.array([(0, 0), shift], np.int64)
-    choices = random.integers(-1, 2, tiles).astype(np.int8)
     ages = random.integers(1, 33, (2, *tiles)).astype(np.float32)
-    found = np.zeros(tiles, np.float32)
     ages_of_both(ages, labels, offset, shifts, choices, found)
     np.testing.assert_allclose(
         found, twins.ages_of_both(ages, labels, offset, shifts, choices), rtol=1e-5)
@@ -224,24 +204,20 @@ def images_of(averaging):
     return left, right[:, ::-1]
 
 
-@pytest.mark.parametrize('noise', [1.0, 3.0, 8.0])
-def test_noise_goes_where_nothing_changes(noise):
-    averaging = follow([scene()] * 6, noise)
+@pytest.mark.parametrize('noise, down, right', [
+    (1.0, 0, 0), (3.0, 0, 0), (8.0, 0, 0), (4.0, 1, 3)])
+def test_noise_goes_where_nothing_changes_and_where_all_moves_alike(noise, down, right):
+    wide = scene(1, (SIZE[0] + 16, SIZE[1] + 16))
+    scenes = [wide[down * frame:down * frame + SIZE[0], right * frame:right * frame + SIZE[1]]
+              for frame in range(6)]
+    averaging = follow(scenes, noise)
+    assert averaging.shift == (-down, -right)
     for image in images_of(averaging):
-        left = image - scene()
+        left = (image - scenes[-1])[:SIZE[0] - 32 * down, :SIZE[1] - 11 * right]
         assert left.std() < 0.55 * np.hypot(noise, 0.3)
         assert abs(left.mean()) < 0.3
-    assert averaging.ages.mean() > 5
+    assert right or averaging.ages.mean() > 5
     assert 0.6 * noise < averaging.noise < 1.3 * noise
-
-
-def test_noise_goes_where_all_moves_alike():
-    wide = scene(1, (SIZE[0] + 16, SIZE[1] + 16))
-    scenes = [wide[frame:frame + SIZE[0], 3 * frame:3 * frame + SIZE[1]] for frame in range(5)]
-    averaging = follow(scenes, 4.0)
-    assert averaging.shift == (-1, -3)
-    for image in images_of(averaging):
-        assert (image - scenes[-1])[:64, :128].std() < 0.6 * 4.0
 
 
 @pytest.mark.parametrize('noise', [0.0, 2.0, 6.0])
@@ -292,113 +268,62 @@ def test_texture_as_sharp_as_a_pixel_that_pans_is_no_noise(right, contrast, nois
         assert (image - scenes[-1])[:, :128].std() < noise + 0.5
 
 
-SHAPE = 300, 470
-
-
-def landscape(seed, shape=SHAPE, margin=40):
-    """Return smooth random grey, larger than a shape by a margin on each side."""
-    random = np.random.default_rng(seed)
-    size = shape[0] + 2 * margin, shape[1] + 2 * margin
-    fine = cv2.GaussianBlur(random.uniform(0, 255, size).astype(np.float32), (0, 0), 6)
-    return np.clip(127 + 12 * (fine - fine.mean()), 0, 255).astype(np.uint8)
-
-
-def seen(picture, down, right, margin=40):
-    """Return the picture moved by a number of pixels."""
-    return picture[margin - down:margin - down + SHAPE[0],
-                   margin - right:margin - right + SHAPE[1]]
-
-
-def found_between(motion, before, now):
-    before, now = (image.astype(np.uint16) * np.uint16(256) for image in (before, now))
-    return motion.between(before, padded(now))
-
-
-@pytest.mark.parametrize('down, right', [(0, 0), (0, 2), (3, -7), (-12, 16), (20, 30)])
-@pytest.mark.parametrize('noise', [0, 6])
+@settings(max_examples=20)
+@given(st.integers(-20, 20), st.integers(-30, 30), st.sampled_from([0, 6]))
+@example(0, 0, 6)
 def test_the_shift_of_a_picture_is_found(down, right, noise):
-    motion, picture = PictureShift(*SHAPE), landscape(1).astype(np.float32)
-    before, now = noisy((seen(picture, 0, 0), seen(picture, down, right)), noise,
-                        np.random.default_rng(2))
-    assert found_between(motion, before, now) == (down, right)
+    wide, size = scene(1, (344, 536)), (300, 470)
+    before, now = (image.astype(np.uint16) << 8 for image in noisy(
+        [wide[20 - y:20 - y + size[0], 30 - x:30 - x + size[1]] for y, x in (
+            (0, 0), (down, right))], noise, np.random.default_rng(2)))
+    assert PictureShift(*size).between(before, padded(now)) == (down, right)
 
 
 # ---- what moves with it ----
 
 
-@pytest.mark.parametrize('shape', [(1, 1), (1, 5), (4, 1), (5, 6)])
-@pytest.mark.parametrize('shift', [(0, 0), (TILE, -2 * TILE), (8, 4), (-3, 900), (-1, -1)])
-def test_moved_ages_lie_on_lines_between_the_tiles_centres(shape, shift):
-    ages = np.random.default_rng(1).integers(0, 9, shape).astype(np.float32)
+@settings(max_examples=60)
+@given(SHAPES, SHIFTS, st.integers(0, 99))
+def test_maps_and_ages_move_but_for_the_tiles_that_stayed(shape, shift, seed):
+    source, tiles = random_map(shape, 200, seed), tiles_of(shape)
+    choices = random_map(tiles, 3, seed + 1).astype(np.int8) - np.int8(1)
+    moved = np.full_like(source, 7)
+    for first, last in ((0, 1), (1, tiles[0])):
+        move_map(source, choices, *shift, 255, moved, first, last)
+    origins = origins_of_tiles(abs(choices), *shift, shape)
+    np.testing.assert_array_equal(moved, np.where(origins < 0, 255, source.flat[origins]))
+    ages = random_map(tiles, 9, seed).astype(np.float32)
     moved = np.full_like(ages, 99)
     move_ages(ages, *shift, moved)
     np.testing.assert_allclose(moved, twins.moved_ages(ages, *shift), atol=1e-5)
 
 
-@settings(max_examples=60, deadline=None)
-@given(st.integers(1, 40), st.integers(1, 40), st.integers(-50, 50), st.integers(-50, 50),
-       st.integers(0, 99))
-def test_a_map_moves_but_for_the_tiles_that_stayed(rows, columns, down, right, seed):
-    source = random_map((rows, columns), 200, seed)
-    tiles = -(-rows // TILE), -(-columns // TILE)
-    choices = random_map(tiles, 3, seed + 1).astype(np.int8) - np.int8(1)
-    moved = np.full_like(source, 7)
-    for first, last in ((0, 1), (1, tiles[0])):
-        move_map(source, choices, down, right, 255, moved, first, last)
-    np.testing.assert_array_equal(
-        moved, twins.brought_forward(source, choices, down, right, 255))
-
-
-PREVIOUS_SHAPES = [(2, 2), (3, 3), (17, 33), (33, 50), (64, 48)]
-
-
-def trusted_of(labels, validity, half, distance=2):
-    half_labels, trusted = np.full(half.shape, 99, labels.dtype), np.full(half.shape, 9, np.uint8)
-    for first, last in ((0, 1), (1, half.shape[0])):
-        trusted_cells(labels, validity, half, distance, half_labels, trusted, first, last)
-    np.testing.assert_array_equal(
-        half_labels, labels[:2 * half.shape[0]:2, :2 * half.shape[1]:2])
-    return trusted
-
-
-@settings(max_examples=80, deadline=None)
-@given(st.integers(2, 40), st.integers(2, 40), st.integers(1, 9), st.integers(0, 3),
-       st.booleans(), st.integers(0, 999))
-def test_trusted_is_what_was_consistent_and_agrees_with_the_half_map(
-        rows, columns, spread, distance, wide, seed):
+@settings(max_examples=100)
+@given(st.integers(2, 65), st.integers(2, 65), st.integers(1, 9), st.integers(0, 3),
+       st.booleans(), st.sampled_from([1, 3]), st.integers(0, 999))
+def test_the_prior_is_where_labels_are_trusted_and_flat_and_counts_more_with_the_age_of_the_tile(
+        rows, columns, spread, distance, wide, most, seed):
+    """Trusted is what was consistent and agrees with the half map; not beside what changed."""
     offset, dtype = (300, np.uint16) if wide else (0, np.uint8)
-    half_shape = rows // 2, columns // 2
-    labels = random_map((rows, columns), spread, seed, dtype) + dtype(offset)
-    validity = random_map((rows, columns), 3, seed + 4)
-    half = random_map(half_shape, -(-spread // 2), seed + 1, dtype) + dtype(offset // 2)
-    expected = np.zeros(half_shape)
-    for at in np.ndindex(half_shape):
-        there = 2 * at[0], 2 * at[1]
-        expected[at] = (validity[there] == CONSISTENT
-                        and abs(int(labels[there]) - 2 * int(half[at])) <= distance)
-    np.testing.assert_array_equal(trusted_of(labels, validity, half, distance), expected)
-
-
-@pytest.mark.parametrize('shape', PREVIOUS_SHAPES)
-def test_the_prior_is_where_labels_are_trusted_and_flat_with_the_strength_of_the_tile(shape):
-    half, tiles = (shape[0] // 2, shape[1] // 2), (-(-shape[0] // TILE), -(-shape[1] // TILE))
-    trusted, smooth = (random_map(half, 2, seed) for seed in (1, 2))
-    strengths = random_map(tiles, 4, 3)
-    weights = np.full(shape, 9, np.uint8)
+    shape, cells = (rows, columns), np.s_[:rows // 2 * 2:2, :columns // 2 * 2:2]
+    labels = random_map(shape, spread, seed, dtype) + dtype(offset)
+    validity = random_map(shape, 3, seed + 4)
+    half = random_map((rows // 2, columns // 2), -(-spread // 2), seed + 1, dtype) + dtype(
+        offset // 2)
+    smooth, tiles = random_map(half.shape, 2, seed + 2), tiles_of(shape)
+    choices = np.minimum(random_map(tiles, 12, seed), 2).astype(np.int8) - np.int8(1)
+    ages = random_map(tiles, 60, seed + 3).astype(np.float32) / 6
+    half_labels, trusted = np.full(half.shape, 99, dtype), np.full(half.shape, 9, np.uint8)
+    strengths, weights = np.full(tiles, 9, np.uint8), np.full(shape, 9, np.uint8)
+    for first, last in ((0, 1), (1, len(half))):
+        trusted_cells(labels, validity, half, distance, half_labels, trusted, first, last)
+    tile_strengths(choices, ages, most, strengths)
     for first, last in ((0, 1), (1, tiles[0])):
         previous_prior(trusted, smooth, strengths, weights, first, last)
-    width = 2 * half[1]
-    strength = strengths.repeat(TILE, 0).repeat(TILE, 1)[:shape[0], :width]
-    expected = doubled(trusted & smooth, shape)[:, :width] * strength
-    np.testing.assert_array_equal(weights, np.pad(
-        expected, ((0, 0), (0, shape[1] - width)), 'edge'))
-
-
-@pytest.mark.parametrize('shape', [(1, 1), (1, 4), (4, 1), (9, 12)])
-@pytest.mark.parametrize('most', [1, 3])
-def test_the_previous_best_counts_more_with_age_and_not_beside_what_changed(shape, most):
-    choices = np.minimum(random_map(shape, 12, 1), 2).astype(np.int8) - np.int8(1)
-    ages = random_map(shape, 60, 2).astype(np.float32) / 6
-    found = np.full(shape, 9, np.uint8)
-    tile_strengths(choices, ages, most, found)
-    np.testing.assert_array_equal(found, twins.strengths(choices, ages, most))
+    np.testing.assert_array_equal(half_labels, labels[cells])
+    np.testing.assert_array_equal(trusted, (validity[cells] == CONSISTENT) & (
+        abs(labels[cells].astype(int) - 2 * half.astype(int)) <= distance))
+    np.testing.assert_array_equal(strengths, twins.strengths(choices, ages, most))
+    strength = strengths.repeat(TILE, 0).repeat(TILE, 1)[:rows, :columns // 2 * 2]
+    expected = doubled(trusted & smooth, shape)[:, :columns // 2 * 2] * strength
+    np.testing.assert_array_equal(weights, np.pad(expected, ((0, 0), (0, columns % 2)), 'edge'))

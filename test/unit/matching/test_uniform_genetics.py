@@ -1,19 +1,16 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Kernels of the uniform reading: fitness, what an exchange of genes changes, mutation."""
-from fuzzy_stereo_ros.matching.crossover import Exchange
-from fuzzy_stereo_ros.matching.kernels.genetic.exchange import differing_cells
+"""Kernels of the uniform reading: weights, mutation."""
 from fuzzy_stereo_ros.matching.kernels.genetic.random_numbers import key_of
 from fuzzy_stereo_ros.matching.kernels.genetic.uniform_reading import (
-    fill_chosen, fill_exchange, fill_fitness, fill_neighbour_weights, FRAME, larger_halves,
-    LARGEST_HALF, mutate_by_patches, UNIFORM, WEIGHTS)
+    fill_chosen, fill_fitness, fill_neighbour_weights, FRAME, larger_halves, LARGEST_HALF,
+    mutate_by_patches, UNIFORM, WEIGHTS)
 from fuzzy_stereo_ros.matching.paper.fitness import inside
 from fuzzy_stereo_ros.matching.paper.possibility import uniform_membership
 from hypothesis import given, settings, strategies as st
 import numpy as np
 import pytest
 import reference
-import reference_crossover
 
 
 class Scene:
@@ -63,20 +60,6 @@ def test_weights_are_whole_parts_by_uniformity_and_none_leads_outside(rows, colu
         heaviest = shares.argmax()
         assert ((apart > -1) & (apart <= 1e-4))[np.arange(8) != heaviest].all()
         assert -1e-4 <= apart[heaviest] < 8
-
-
-@settings(max_examples=60)
-@given(st.integers(1, 6), st.integers(1, 8), st.integers(0, 10**6), st.floats(0, 1))
-def test_an_exchange_says_what_any_choice_of_cells_changes(rows, columns, seed, share):
-    scene = Scene((rows, columns), seed)
-    first, second = scene.chromosome(), scene.chromosome()
-    exchange = Exchange(*first[0].shape, 8)
-    exchange.set_size(differing_cells(first[0], second[0], exchange.all_cells))
-    fill_exchange(first[:2], second[:2], scene.weights, exchange.changes())
-    taken, child = scene.random.random(exchange.cells.size) < share, first[0].copy()
-    child.flat[exchange.cells[taken]] = second[0].flat[exchange.cells[taken]]
-    change = first[3] - scene.chromosome(inside(child))[3]
-    assert reference_crossover.change_of(exchange, taken) == change
 
 
 @settings(max_examples=60)
