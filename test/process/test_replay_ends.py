@@ -1,7 +1,6 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Whatever ends a replay, what was matched is a bag, it says up to where, and can go on."""
-from contextlib import contextmanager
 import errno
 from functools import partial
 import json
@@ -11,22 +10,20 @@ import signal
 from fuzzed import examples
 from fuzzy_stereo_ros.bags import writing as bag_writing
 from fuzzy_stereo_ros.bags.writing import BagWriter, FORMATS, METADATA, UNFINISHED
-from fuzzy_stereo_ros.commands import replay as command
 from fuzzy_stereo_ros.matching import StereoMatcher
 from fuzzy_stereo_ros.pairs.disparity_files import write_disparity
 from fuzzy_stereo_ros.replay import segments, sinks as replay_sinks
-from fuzzy_stereo_ros.replay.loop import interruption
 from fuzzy_stereo_ros.replay.options import SEGMENT_PAIRS, WARM_PAIRS
 from fuzzy_stereo_ros.replay.report import ProgressBar
-from fuzzy_stereo_ros.replay.sinks import BagSink
+from fuzzy_stereo_ros.replay.sinks import BagSink, Outputs
 from hypothesis import given, settings, strategies as st
 from made_bags import (
-    BEGIN, content, DISPARITIES, disparities, scene, stamps, STEP, TOPICS, write_bag,
-    write_torn_bag)
-from made_messages import values_of
-import numpy as np
+    BEGIN, content, disparities, scene, stamps, STEP, TOPICS, write_bag, write_torn_bag)
 import pytest
-from replayed import figures, INTERRUPTED, rejection, replay, run
+from rejected import contents
+from replayed import (
+    as_sent, assert_same, chatter, figures, INTERRUPTED, matches, rejection, replay, restamp, run,
+    sent)
 
 
 @pytest.fixture
@@ -50,30 +47,6 @@ def interrupted(monkeypatch):
             assert replay(bag, **options) == code
 
     return interrupted
-
-
-def equal(one, other):
-    """Return whether two {stamp: disparities} are the same bit for bit, in the same order."""
-    return list(one) == list(other) and all(
-        np.array_equal(one[stamp], other[stamp]) for stamp in one)
-
-
-def chain(pairs, first=0, times=None):
-    """Return what the matcher finds from a pair on, as the DisparityImages have it."""
-    times, matcher = times or stamps(len(pairs)), StereoMatcher(disparities=DISPARITIES)
-    found = []
-    for number in range(first, len(pairs)):
-        if number and times[number] < times[number - 1]:
-            matcher.reset()
-        match = matcher.match(*pairs[number][:2], times[number])
-        found.append(np.where(np.isnan(match.disparity), -1, np.maximum(match.disparity, 0)))
-    return found
-
-
-def chatter(bag, number, log_time):
-    """Write what may be copied: two messages before each pair."""
-    for part in range(2):
-        bag.write('/chatter', bag.make('std_msgs/msg/Int32', data=2 * number + part), log_time)
 
 
 ROUND = 14      # pairs, after which a recording that loops begins again with its stamps
@@ -107,17 +80,14 @@ def test_whatever_ends_a_replay_what_was_matched_is_a_bag_and_continues_to_what_
         BEGIN + number % ROUND * STEP for number in range(len(every))]}
 
     def stamped(name, number, messages):
-        for message in messages.values():
-            message.header.stamp.sec, message.header.stamp.nanosec = divmod(
-                times[name][number], 10**9)
+        restamp(messages, times[name][number])
 
     for name in times:
         write_bag(folder / name, pairs=every, more=chatter, change=partial(stamped, name))
 
     def written(name):
         found = content(folder / name) if (folder / name / METADATA).exists() else []
-        return [one[:2] for one in found], [
-            values_of(message.image) for topic, _, message in found if topic == '/disparity']
+        return [one[:2] for one in found], sent(folder / name) if found else []
 
     def end(name, pairs, options):
         if others:
@@ -154,10 +124,11 @@ def test_whatever_ends_a_replay_what_was_matched_is_a_bag_and_continues_to_what_
         found = figures(capsys, name, options=[*alone, '--resume' if left else '--overwrite'])
         assert found['pairs']['matched'] == len(every) - left
         again, values = written('out')
-        expected = whole if in_segments else whole[:left] + chain(
-            every, max(left - WARM_PAIRS, 0), times[name])[min(left, WARM_PAIRS):]
-        assert again == topics and all(map(np.array_equal, values, expected))
-        assert len(values) == len(expected) == len(every)
+        first = max(left - WARM_PAIRS, 0)
+        expected = whole if in_segments else whole[:left] + as_sent(
+            matches(every[first:], times[name][first:]))[left - first:]
+        assert again == topics and len(values) == len(every)
+        assert_same(values, expected)
         assert not files or len([*(folder / 'out' / 'disparity').iterdir()]) == len(every)
 
     ends()
@@ -182,45 +153,28 @@ def test_no_link_that_was_put_into_an_output_is_followed(folder, bag, capsys, in
     assert [path.name for path in (folder / 'elsewhere').iterdir()] == ['letter.txt']
 
 
-def test_a_complete_replay_that_is_resumed_has_nothing_to_do(folder, bag, capsys):
-    assert replay('bag') == 0
-    before = [(path.name, path.stat().st_mtime_ns) for path in (folder / 'out').glob('*.mcap')]
-    assert figures(capsys, 'bag', options=['--resume'])['pairs']['matched'] == 0
-    assert [(path.name, path.stat().st_mtime_ns)
-            for path in (folder / 'out').glob('*.mcap')] == before
+@pytest.mark.parametrize(('owner', 'name', 'first', 'words'), [
+    (StereoMatcher, 'warm_up', 1, ''),      # while kernels are compiled
+    (Outputs, 'written_positions', 1, 'interrupted before the first pair'),
+    (BagSink, 'add', 3, '')], ids=['before', 'first pair', 'last pair and again'])
+def test_interruptions_leave_a_bag_of_what_was_matched_or_nothing(
+        folder, bag, capsys, monkeypatch, owner, name, first, words):
+    work, calls = getattr(owner, name), []
 
-
-def test_an_interruption_before_the_first_pair_leaves_nothing(folder, bag, capsys, monkeypatch):
-    with monkeypatch.context() as patch:        # while kernels are compiled
-        patch.setattr(StereoMatcher, 'warm_up',
-                      lambda *arguments: os.kill(os.getpid(), signal.SIGINT))
-        assert replay('bag') == INTERRUPTED
-
-    @contextmanager
-    def interrupted():
-        with interruption() as came:
+    def interrupting(*given):
+        calls.append(None)
+        if len(calls) >= first:
             os.kill(os.getpid(), signal.SIGINT)
-            yield came
+        return work(*given)
 
-    monkeypatch.setattr(command, 'interruption', interrupted)
+    monkeypatch.setattr(owner, name, interrupting)
     assert replay('bag') == INTERRUPTED
-    assert 'interrupted before the first pair' in capsys.readouterr().err
-    assert {path.name for path in folder.iterdir()} == {'bag'}
-
-
-def test_interruptions_while_the_last_pair_is_written_leave_a_bag(folder, bag, monkeypatch):
-    add, added = BagSink.add, []
-
-    def interrupting(sink, matched, log_time):
-        added.append(None)
-        if len(added) >= 3:
-            os.kill(os.getpid(), signal.SIGINT)
-        add(sink, matched, log_time)
-
-    monkeypatch.setattr(BagSink, 'add', interrupting)
-    assert replay('bag') == INTERRUPTED
-    assert not (folder / 'out' / UNFINISHED).exists()
-    assert list(disparities(folder / 'out')) == stamps(len(added))
+    assert words in capsys.readouterr().err
+    if owner is BagSink:
+        assert not (folder / 'out' / UNFINISHED).exists()
+        assert list(disparities(folder / 'out')) == stamps(len(calls))
+    else:
+        assert {path.name for path in folder.iterdir()} == {'bag'}
 
 
 def test_an_interruption_while_the_command_is_loaded_is_no_traceback(folder):
@@ -242,21 +196,17 @@ def test_a_damaged_bag_is_matched_up_to_the_damage(folder, capsys, form, length)
     assert sentence.endswith(f'; out holds {len(found)} pairs, up to {seconds:.3f} s into the bag')
 
 
-@pytest.mark.parametrize(('form', 'name'), [
-    ('ros1', 'bag.bag'), ('mcap', 'bag/bag.mcap'), ('sqlite3', 'bag/bag.db3')])
-def test_of_a_recording_that_was_cut_off_all_whole_chunks_are_matched(
-        folder, capsys, form, name):
-    pairs = scene(60, rows=120, columns=240)
-    path = write_bag(folder / name.split('/')[0], form, pairs)
-    whole = (folder / name).read_bytes()
-    (folder / name).write_bytes(whole[:len(whole) // 2])
-    assert replay(path.name) == 0
+def test_a_recording_that_was_cut_off_is_matched_and_it_is_told(folder, capsys):
+    """How far, of each kind: see test_cut_off.py."""
+    write_bag(folder / 'bag', pairs=scene(60, rows=120, columns=240))
+    whole = (folder / 'bag' / 'bag.mcap').read_bytes()
+    (folder / 'bag' / 'bag.mcap').write_bytes(whole[:len(whole) // 2])
+    assert replay('bag') == 0
     found, printed = disparities(folder / 'out'), capsys.readouterr()
-    assert (28 if form == 'sqlite3' else 16) <= len(found) <= 30     # 18 pairs make a chunk
-    assert equal(found, dict(zip(stamps(60), chain(pairs[:len(found)], 0))))
-    words = f'{name} was cut off: its '
-    assert words in printed.err and words in printed.out
-    loss, = figures(capsys, path.name, output='other')['losses']
+    assert 16 <= len(found) <= 30     # 18 pairs make a chunk
+    assert [*found] == stamps(60)[:len(found)]
+    loss, = figures(capsys, 'bag', output='other')['losses']
+    assert loss.startswith('bag/bag.mcap was cut off: its ')
     assert loss in printed.err.splitlines() and loss in printed.out.splitlines()
 
 
@@ -301,58 +251,54 @@ def test_a_pair_that_lacks_a_file_is_matched_again(
         f'{stamp:019d}' for stamp in stamps()]
 
 
-def test_options_that_differ_from_those_of_before_are_rejected(folder, bag, capsys, interrupted):
+def test_a_replay_is_continued_with_its_options_in_its_bag_to_the_end(
+        folder, bag, capsys, interrupted):
     interrupted(3)
     record = json.loads((folder / 'out' / 'replay.json').read_text())
     assert (record['bags'], record['left']) == (['bag'], TOPICS[0])
-    sentence = rejection(capsys, 'bag', disparities=20, options=[
-        '--resume', '--every', 2, '--queue-size', 9])
-    assert sentence == ('--resume needs the options of the first run; different are every (1, '
-                        'now 2), queue_size (5, now 9), disparities (16, now 20)')
-    assert figures(capsys, 'bag', options=['--resume', '--threads', 1])['pairs']['matched'] == 3
-
-
-def test_a_bag_in_which_the_last_pairs_are_missing_is_rejected(folder, bag, capsys, interrupted):
-    interrupted(3)
+    assert rejection(capsys, 'bag', disparities=20, options=[
+        '--resume', '--every', 2, '--queue-size', 9]) == (
+            '--resume needs the options of the first run; different are every (1, now 2), '
+            'queue_size (5, now 9), disparities (16, now 20)')
     (folder / 'other').mkdir()
     write_bag(folder / 'other' / 'bag', first=20)
     assert rejection(capsys, 'other/bag', options=['--resume']) == (
         '--resume: the last pairs in out are not in other/bag')
     assert list(disparities(folder / 'out')) == stamps(3)
+    for matched in (3, 0):
+        before = {path: path.stat().st_mtime_ns for path in (folder / 'out').glob('*.mcap')}
+        found = figures(capsys, 'bag', options=['--resume', '--threads', 1])
+        assert found['pairs']['matched'] == matched
+    assert {path: path.stat().st_mtime_ns for path in (folder / 'out').glob('*.mcap')} == before
 
 
 def test_an_output_is_replaced_only_where_it_is_one_and_that_is_asked_for(folder, bag, capsys):
+    """And then what others put beside it stays."""
     write_bag(folder / 'short', pairs=scene(2))
-    assert replay('bag') == 0
-    assert rejection(capsys, 'short') == (
-        'out exists; give another folder, --overwrite or --resume')
-    assert len(disparities(folder / 'out')) == 6
-    assert replay('short', options=['--overwrite']) == 0
-    assert len(disparities(folder / 'out')) == 2
-    (folder / 'mine').mkdir()
-    (folder / 'mine' / 'letter.txt').write_text('dear')
-    for options in ([], ['--overwrite'], ['--resume']):
-        assert 'mine exists' in rejection(capsys, 'bag', output='mine', options=options)
-    assert (folder / 'mine' / 'letter.txt').read_text() == 'dear'
-    (folder / 'mine' / 'letter.txt').unlink()
-    assert replay('bag', output='mine') == 0
-    assert '--resume finds nothing to continue in new' in rejection(
-        capsys, 'bag', output='new', options=['--resume'])
-    assert 'give one of them' in rejection(capsys, 'bag', options=['--resume', '--overwrite'])
-    assert 'there is no folder missing' in rejection(capsys, 'bag', output='missing/out')
-
-
-def test_replacing_an_output_leaves_alone_what_others_put_beside_it(folder, bag):
-    write_bag(folder / 'short', pairs=scene(2))
-    options = ['--files', 'npy', '--overwrite']
-    assert replay('bag', options=[*options, '--format', 'sqlite3']) == 0
-    (folder / 'out' / 'notes').mkdir()
-    (folder / 'out' / 'notes' / 'letter.txt').write_text('dear')
-    assert replay('short', options=options) == 0
+    assert replay('bag', options=['--files', 'npy', '--format', 'sqlite3', '--keep']) == 0
+    for place in ('mine', 'out/notes'):
+        (folder / place).mkdir()
+        (folder / place / 'letter.txt').write_text('dear')
+    for words, sentence in (
+            ('short', 'out exists; give another folder, --overwrite or --resume'),
+            ('bag --output mine', 'mine exists'), ('bag --output mine --overwrite', 'mine exists'),
+            ('bag --output mine --resume', 'mine exists'),
+            ('bag --output new --resume', '--resume finds nothing to continue in new'),
+            ('bag --resume --overwrite', 'give one of them'),
+            ('bag --output missing/out', 'there is no folder missing'),
+            ('out --overwrite', '--output is out, which holds the input out'),
+            ('out/out_0.db3 --overwrite', '--output is out, which holds the input out/out_0.db3')):
+        name, *options = words.split()
+        before = contents()
+        assert sentence in rejection(capsys, name, options=options), words
+        assert contents() == before
+    assert replay('short', options=['--files', 'npy', '--overwrite']) == 0
     assert (folder / 'out' / 'notes' / 'letter.txt').read_text() == 'dear'
     assert {path.name for path in (folder / 'out').iterdir()} == {
         'calibration.json', 'disparity', 'metadata.yaml', 'notes', 'out_0.mcap', 'replay.json'}
     assert len(list((folder / 'out' / 'disparity').iterdir())) == 2
+    (folder / 'mine' / 'letter.txt').unlink()
+    assert replay('bag', output='mine') == 0
 
 
 @pytest.mark.parametrize('output', ['.', '../link'])
@@ -369,14 +315,6 @@ def test_an_output_may_be_the_folder_one_is_in_or_a_link(folder, bag, capsys, mo
         assert {path.name for path in (folder / 'place').iterdir()} == {
             'metadata.yaml', 'place_0.mcap', 'replay.json'}
         assert list(disparities(folder / 'place')) == stamps()
-
-
-def test_an_output_never_replaces_an_input(folder, bag, capsys):
-    assert replay('bag', options=['--keep']) == 0
-    assert rejection(capsys, 'out', options=['--overwrite']) == (
-        '--output is out, which holds the input out')
-    assert rejection(capsys, 'out/out_0.mcap', options=['--overwrite']) == (
-        '--output is out, which holds the input out/out_0.mcap')
 
 
 def test_an_interruption_while_workers_start_ends_after_their_start(

@@ -2,18 +2,21 @@
 # SPDX-License-Identifier: Apache-2.0
 """`fuzzy-stereo replay` on workers: always the same segments, whoever matches them and dies."""
 from concurrent.futures import ThreadPoolExecutor
+import json
+from shutil import rmtree
 import signal
 
 from dask_processes import dask_processes
-from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
+from fuzzed import examples
 from fuzzy_stereo_ros.pairs.image_files import write_image
 from fuzzy_stereo_ros.replay.options import SEGMENT_PAIRS, WARM_PAIRS
+from hypothesis import given, settings, strategies as st
 from made_bags import (
     BEGIN, content, DISPARITIES, disparities, scene, stamps, STEP, TOPICS, write_bag)
-from made_messages import values_of
 import numpy as np
 import pytest
-from replayed import figures, replay
+from replayed import (
+    as_sent, assert_same, chatter, figures, matches, replay, restamp, sent)
 
 PAIRS = 2 * SEGMENT_PAIRS + 20
 HALTING = """\
@@ -43,28 +46,12 @@ def in_segments(pairs, times=None, rejected=(), length=SEGMENT_PAIRS, profile='r
     """Return the float32 (R, C) of each DisparityImage, as a matcher finds them by itself."""
     times, found = times or stamps(len(pairs)), []
     for begin in range(0, len(pairs), length):
-        matcher = StereoMatcher(MatcherConfig.from_profile(profile, disparities=DISPARITIES))
-        for number in range(max(begin - WARM_PAIRS, 0), min(begin + length, len(pairs))):
-            if number and times[number] < times[number - 1]:
-                matcher.reset()
-            if number in rejected:
-                continue
-            match = matcher.match(pairs[number].left, pairs[number].right, times[number])
-            if number >= begin:
-                found.append(np.where(np.isnan(match.disparity), -1,
-                                      np.maximum(match.disparity, 0)))
+        numbers = [number for number in range(
+            max(begin - WARM_PAIRS, 0), min(begin + length, len(pairs))) if number not in rejected]
+        found += as_sent(matches([pairs[number] for number in numbers], [
+            times[number] for number in numbers], profile=profile))[
+                sum(number < begin for number in numbers):]
     return found
-
-
-def written(path):
-    """Return the float32 (R, C) of each DisparityImage of a bag."""
-    return [values_of(message.image) for _, _, message in content(path, '/disparity')]
-
-
-def assert_same(found, expected):
-    """Compare two lists of arrays bit for bit."""
-    for one, other in zip(found, expected, strict=True):
-        np.testing.assert_array_equal(one, other)
 
 
 def test_a_cluster_finds_what_a_matcher_finds_in_segments(
@@ -75,7 +62,7 @@ def test_a_cluster_finds_what_a_matcher_finds_in_segments(
     assert not np.array_equal(expected[SEGMENT_PAIRS],
                               in_segments(pairs, length=PAIRS)[SEGMENT_PAIRS])
     found = figures(capsys, 'bag', options=['--scheduler', cluster.address])
-    assert_same(written(folder / 'out'), expected)
+    assert_same(sent(folder / 'out'), expected)
     assert list(disparities(folder / 'out')) == stamps(PAIRS)
     assert found['segments'] == {'matched': 3, 'pairs': SEGMENT_PAIRS, 'workers': 2}
     assert (found['pairs']['matched'], found['pairs']['matched_again']) == (PAIRS, 2 * WARM_PAIRS)
@@ -99,52 +86,45 @@ def test_the_frames_of_folders_are_matched_in_segments_too(folder, capsys, profi
     assert not np.array_equal(expected[-1], whole[-1])
     found = figures(capsys, 'left', 'right', options=['--profile', profile, '--workers', 2])
     assert found['segments'] == {'matched': 2, 'pairs': SEGMENT_PAIRS, 'workers': 2}
-    assert_same(written(folder / 'out'), expected)
+    assert_same(sent(folder / 'out'), expected)
 
 
-def test_bad_pairs_and_stamps_that_go_back_are_as_without_workers(folder, capsys, cluster):
-    narrow, nonsense, back = SEGMENT_PAIRS - 4, SEGMENT_PAIRS - 2, SEGMENT_PAIRS + 10
-    pairs = scene(SEGMENT_PAIRS + 20)
-    times = [BEGIN + (number - back * (number >= back)) * STEP for number in range(len(pairs))]
+@settings(examples(3), deadline=None)
+@given(start=st.integers(0, 3), every=st.integers(1, 3), back=st.integers(8, PAIRS - 1),
+       bad=st.sets(st.integers(0, PAIRS - 1), min_size=1, max_size=8))
+def test_bad_pairs_jumps_back_copies_and_selected_pairs_are_as_without_workers(
+        folder, capsys, cluster, start, every, back, bad):
+    pairs = scene(PAIRS)
+    times = [BEGIN + (number - back * (number >= back)) * STEP for number in range(PAIRS)]
 
     def spoil(number, messages):
-        for topic, message in messages.items():
-            message.header.stamp.sec, message.header.stamp.nanosec = divmod(times[number], 10**9)
-            if number == narrow and topic in TOPICS[::2]:
-                message.width = DISPARITIES - 4
-        if number == nonsense:
+        restamp(messages, times[number])
+        if number in bad and number % 2:
             messages[TOPICS[0]].encoding = 'nonsense'
+        elif number in bad:
+            for topic in TOPICS[::2]:
+                messages[topic].width = DISPARITIES - 4
 
-    write_bag(folder / 'bag', pairs=pairs, change=spoil)
-    plain = figures(capsys, 'bag', output='plain')
-    found = figures(capsys, 'bag', options=['--scheduler', cluster.address])
-    assert found['pairs']['rejected'] == plain['pairs']['rejected'] == {'encoding': 1, 'match': 1}
+    rmtree('bag', ignore_errors=True)
+    write_bag(folder / 'bag', pairs=pairs, change=spoil, more=chatter)
+    options = ['--every', every, '--start', start * STEP / 1e9, '--keep', '/chatter', TOPICS[0],
+               '--with', 'points2', 'confidence', 'depth', '--overwrite']
+    plain = figures(capsys, 'bag', output='plain', options=options)
+    assert replay('bag', options=[*options, '--scheduler', cluster.address, '--json']) == 0
+    printed = capsys.readouterr()
+    found = json.loads(printed.out)
+    chosen = range(start, PAIRS, every)
+    lost = [place for place, number in enumerate(chosen) if number in bad]
+    assert found['pairs']['matched'] == len(chosen) - len(lost)
+    assert found['pairs']['rejected'] == plain['pairs']['rejected']
     assert found['remarks'] == plain['remarks']
-    assert found['pairs']['matched'] == len(pairs) - 2
-    assert found['pairs']['matched_again'] == WARM_PAIRS - 2
-    assert_same(written(folder / 'out'), in_segments(pairs, times, (narrow, nonsense)))
-    assert replay('bag', output='told', options=['--scheduler', cluster.address]) == 0
-    told = capsys.readouterr().err
-    assert 'timestamps jumped back; matcher reset' in told
-    assert f'pair {times[narrow] / 1e9:.3f} rejected: ' in told
-    assert f'pair {times[nonsense] / 1e9:.3f} rejected: left image: encoding is' in told
-
-
-def test_selected_pairs_and_copies_are_the_same_as_without_workers(folder, cluster):
-    def more(bag, number, log_time):
-        for part in range(2):
-            bag.write('/chatter', bag.make('std_msgs/msg/Int32', data=2 * number + part),
-                      log_time + part)
-
-    write_bag(folder / 'bag', pairs=scene(PAIRS), more=more)
-    options = ['--every', 2, '--start', 2 * STEP / 1e9, '--keep', '/chatter', TOPICS[0],
-               '--with', 'points2', 'confidence', 'depth']
-    assert replay('bag', output='plain', options=options) == 0
-    assert replay('bag', options=[*options, '--scheduler', cluster.address]) == 0
-    found, plain = (content(folder / name) for name in ('out', 'plain'))
-    assert [one[:2] for one in found] == [one[:2] for one in plain]
-    assert_same(written(folder / 'out'), in_segments(
-        scene(PAIRS)[2::2], stamps(PAIRS)[2::2]))
+    for place in lost[:1]:
+        assert f'pair {times[chosen[place]] / 1e9:.3f} rejected: ' in printed.err
+    assert 'timestamps jumped back; matcher reset' in printed.err
+    out, without = (content(folder / name) for name in ('out', 'plain'))
+    assert [one[:2] for one in out] == [one[:2] for one in without]
+    assert_same(sent(folder / 'out'), in_segments(
+        pairs[start::every], times[start::every], lost))
 
 
 def test_a_worker_that_is_killed_loses_nothing(folder, capfd, cluster):
@@ -158,4 +138,4 @@ def test_a_worker_that_is_killed_loses_nothing(folder, capfd, cluster):
     assert process.wait() == -signal.SIGKILL
     assert found['pairs']['matched'] == len(pairs)
     assert found['segments'] == {'matched': 5, 'pairs': SEGMENT_PAIRS, 'workers': 3}
-    assert_same(written(folder / 'out'), in_segments(pairs))
+    assert_same(sent(folder / 'out'), in_segments(pairs))

@@ -9,7 +9,9 @@ import sys
 
 from fuzzy_stereo_ros.commands.command_line import main
 from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
-from made_bags import DISPARITIES
+from made_bags import content, DISPARITIES
+from made_messages import values_of
+import numpy as np
 from rejected import contents
 from repository import ROOT
 
@@ -57,10 +59,44 @@ def run(code, number, *arguments):
 
 def matches(pairs, stamps, disparities=DISPARITIES, camera=None, profile='realtime', **changes):
     """Return the Match of each pair: matched one after the other, without replay."""
-    matcher = StereoMatcher(MatcherConfig.from_profile(
-        profile, disparities=disparities, **changes))
-    return [matcher.match(pair.left, pair.right, stamp=stamp, camera=camera)
-            for pair, stamp in zip(pairs, stamps)]
+    matcher, before, found = StereoMatcher(MatcherConfig.from_profile(
+        profile, disparities=disparities, **changes)), 0, []
+    for pair, stamp in zip(pairs, stamps):
+        if stamp < before:
+            matcher.reset()
+        found.append(matcher.match(pair.left, pair.right, stamp=stamp, camera=camera))
+        before = stamp
+    return found
+
+
+def as_sent(found):
+    """Return the disparities of matches, float32 (R, C), as DisparityImages have them."""
+    return [np.where(np.isnan(match.disparity), -1, np.maximum(match.disparity, 0))
+            for match in found]
+
+
+def sent(path):
+    """Return the disparities of the DisparityImages of a bag, float32 (R, C)."""
+    return [values_of(message.image) for _, _, message in content(path, '/disparity')]
+
+
+def assert_same(found, expected):
+    """Compare two lists of arrays bit for bit."""
+    for one, other in zip(found, expected, strict=True):
+        np.testing.assert_array_equal(one, other)
+
+
+def restamp(messages, stamp):
+    """Give the messages of a pair a stamp, ns."""
+    for message in messages.values():
+        message.header.stamp.sec, message.header.stamp.nanosec = divmod(stamp, 10**9)
+
+
+def chatter(bag, number, log_time):
+    """Write what may be copied: two messages before each pair."""
+    for part in range(2):
+        bag.write('/chatter', bag.make('std_msgs/msg/Int32', data=2 * number + part),
+                  log_time + part)
 
 
 class Terminal(io.StringIO):

@@ -2,10 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """A bag that is written can be read, whatever ended its writing, and be continued."""
 from contextlib import suppress
-import os
-import signal
+from shutil import copytree
 import subprocess
-import sys
 
 from fuzzy_stereo_ros.bags import writing as bag_writing
 from fuzzy_stereo_ros.bags.reading import BagReader
@@ -14,7 +12,6 @@ from fuzzy_stereo_ros.bags.writing import (
 from made_bags import BagOf, BEGIN, content, open_bag, same
 import numpy as np
 import pytest
-from repository import ROOT
 from rosbags.interfaces import (
     Qos, QosDurability, QosHistory, QosLiveliness, QosReliability, QosTime)
 from rosbags.typesys import get_types_from_msg
@@ -72,37 +69,22 @@ def test_a_file_that_grows_large_is_followed_by_another_of_the_same_bag(
     assert numbers_of(tmp_path / 'bag') == list(range(40))
 
 
-SCRIPT = """\
-import os, resource, signal, sys
-sys.path[:0] = 'test/support', 'test/unit/bags'
-from fuzzy_stereo_ros.bags import writing
-from test_bag_writing import write
-writing.PART_BYTES = int(sys.argv[4])
-"""
-KILLED = SCRIPT + """\
-write(sys.argv[1], range(int(sys.argv[3])), sys.argv[2], close=False)
-os.kill(os.getpid(), signal.SIGKILL)
-"""
-
-
-def run(code, *arguments):
-    """Run Python code in the project's folder and return what it ended with."""
-    return subprocess.run([sys.executable, '-c', code, *map(str, arguments)], cwd=ROOT,
-                          capture_output=True, text=True, env={**os.environ})
-
-
 @pytest.mark.parametrize('storage, part, left', [
     *((storage, MIB, 8) for storage in FORMATS), (FORMATS[0], 16 * MIB, 0)])
 def test_a_bag_whose_writer_was_killed_has_its_whole_parts_and_is_continued(
-        tmp_path, storage, part, left):
-    assert run(KILLED, tmp_path / 'bag', storage, 9, part).returncode == -signal.SIGKILL
-    assert (tmp_path / 'bag' / UNFINISHED).exists()
-    bag = BagWriter(tmp_path / 'bag', storage)
+        tmp_path, storage, part, left, monkeypatch):
+    monkeypatch.setattr(bag_writing, 'PART_BYTES', part)
+    killed, bag = tmp_path / 'killed' / 'bag', write(tmp_path / 'bag', range(9), storage,
+                                                     close=False)
+    copytree(tmp_path / 'bag', killed)      # what a process leaves that is killed now
+    bag.close()
+    assert (killed / UNFINISHED).exists()
+    bag = BagWriter(killed, storage)
     assert (bag.counts[TOPIC], bag.last) == (left, left - 1 if left else None)
-    assert not left or numbers_of(tmp_path / 'bag') == list(range(left))
-    write(tmp_path / 'bag', range(left, 12), storage)
-    assert numbers_of(tmp_path / 'bag') == list(range(12))
-    assert not (tmp_path / 'bag' / UNFINISHED).exists()
+    assert not left or numbers_of(killed) == list(range(left))
+    write(killed, range(left, 12), storage)
+    assert numbers_of(killed) == list(range(12))
+    assert not (killed / UNFINISHED).exists()
 
 
 @pytest.fixture
@@ -200,43 +182,32 @@ def test_messages_of_ros_2_are_copied_byte_for_byte_with_their_qos(tmp_path):
 
 
 def test_messages_of_ros_1_have_the_same_values_in_ros_2(tmp_path):
-    with BagOf(tmp_path / 'bag.bag', 'ros1') as bag:
-        image = bag.image(np.arange(12, dtype=np.uint8).reshape(3, 4), BEGIN)
-        image.header.seq = 7
-        bag.write('/image', image, BEGIN)
-        bag.write('/info', bag.info('right', (3, 4), BEGIN), BEGIN + 1)
-        bag.write('/imu', imu(bag), BEGIN + 2)
-    found = {topic: message for topic, _, message in content(
-        copied(tmp_path / 'copy', tmp_path / 'bag.bag'))}
-    with BagOf(tmp_path / 'as_if') as bag:
-        assert same(found['/image'], bag.image(
-            np.arange(12, dtype=np.uint8).reshape(3, 4), BEGIN))
-        assert same(found['/info'], bag.info('right', (3, 4), BEGIN))
-        assert same(found['/imu'], imu(bag))
+    """Latched ones are for those who come later; types of one's own keep their definition."""
+    pixels, kind = np.arange(12, dtype=np.uint8).reshape(3, 4), 'own_msgs/msg/Thing'
 
+    def several(bag):
+        return {'/image': bag.image(pixels, BEGIN), '/info': bag.info('right', (3, 4), BEGIN),
+                '/imu': imu(bag)}
 
-def test_latched_topics_of_ros_1_are_for_those_who_come_later_in_ros_2(tmp_path):
-    with BagOf(tmp_path / 'bag.bag', 'ros1') as bag:
-        bag.write('/latched', bag.make('std_msgs/msg/Int32', data=4), BEGIN, latching=1)
-        bag.write('/plain', bag.make('std_msgs/msg/Int32', data=5), BEGIN)
-    copied(tmp_path / 'copy', tmp_path / 'bag.bag')
-    with open_bag(tmp_path / 'copy') as reader:
-        qualities = {one.topic: one.ext.offered_qos_profiles for one in reader.connections}
-    assert qualities['/plain'] == []
-    assert qualities['/latched'][0].durability is QosDurability.TRANSIENT_LOCAL
-
-
-def test_a_type_that_ros_2_does_not_know_keeps_its_definition(tmp_path):
-    kind = 'own_msgs/msg/Thing'
     with BagOf(tmp_path / 'bag.bag', 'ros1') as bag:
         bag.typestore.register(get_types_from_msg(
             'std_msgs/Header header\nfloat32[] values\nint8 FEW=3\n', kind))
-        thing = bag.make(kind, BEGIN, values=np.array([1.5, 2.5], np.float32))
-        bag.write('/thing', thing, BEGIN)
-    ((_, _, found),) = content(copied(tmp_path / 'copy', tmp_path / 'bag.bag'))
-    assert (found.values.tolist(), found.FEW) == ([1.5, 2.5], 3)
-    assert found.header.frame_id == 'left_optical'
-    assert not hasattr(found.header, 'seq')
+        written = several(bag) | {'/thing': bag.make(
+            kind, BEGIN, values=np.array([1.5, 2.5], np.float32))}
+        written['/image'].header.seq = 7
+        for topic, message in written.items():
+            bag.write(topic, message, BEGIN, latching=int(topic == '/info'))
+    copied(tmp_path / 'copy', tmp_path / 'bag.bag')
+    found = {topic: message for topic, _, message in content(tmp_path / 'copy')}
+    with BagOf(tmp_path / 'as_if') as bag:
+        assert all(same(found[topic], message) for topic, message in several(bag).items())
+    thing = found['/thing']
+    assert (thing.values.tolist(), thing.FEW) == ([1.5, 2.5], 3)
+    assert thing.header.frame_id == 'left_optical' and not hasattr(thing.header, 'seq')
+    with open_bag(tmp_path / 'copy') as reader:
+        qualities = {one.topic: one.ext.offered_qos_profiles for one in reader.connections}
+    assert qualities.pop('/info')[0].durability is QosDurability.TRANSIENT_LOCAL
+    assert not any(qualities.values())
 
 
 def test_a_type_without_definition_cannot_be_copied(tmp_path):

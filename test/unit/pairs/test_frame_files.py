@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Frames are found in the folders and videos that recorders leave, and what is no frame is not."""
 import cv2
-from fuzzy_stereo_ros.pairs.frames import are_pairs, Frames
+from fuzzy_stereo_ros.pairs.frames import are_pairs, Frames, LAYOUTS
 from fuzzy_stereo_ros.pairs.image_files import write_image
 import numpy as np
 import pytest
@@ -39,6 +39,15 @@ def test_one_folder_with_the_images_of_both_cameras_is_paired_by_their_names(tmp
     folder = written(tmp_path, [f'{name}.png' for name in names]) / names[0].rpartition('/')[0]
     assert are_pairs([folder]) and levels(folder) == [(0, 1), (2, 3)]
     assert str(folder / '*') in Frames([folder]).name
+
+
+@pytest.mark.parametrize('layout', LAYOUTS)
+def test_the_folders_of_both_cameras_are_found_in_that_of_a_recording(tmp_path, layout):
+    times = [1403636579763555584, 1403636579813555456]
+    folder = written(tmp_path, [f'{side}/{time}.png' for time in times for side in layout])
+    frames = Frames([folder])
+    assert levels(folder) == [(0, 1), (2, 3)]
+    assert [stamp for stamp, _, _ in frames.pairs()] == [frames.begin, frames.end] == times
 
 
 def test_a_folder_of_one_camera_or_of_four_is_none_of_two(tmp_path):

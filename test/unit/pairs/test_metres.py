@@ -8,7 +8,6 @@ from hypothesis.extra.numpy import arrays
 import numpy as np
 import pytest
 
-LEFT = Projection(410.0, 395.5, 17.25, 11.5)
 DISPARITIES = arrays(
     np.float32, st.tuples(st.integers(1, 5), st.integers(1, 9)),
     elements=st.one_of(st.integers(-500, 2000).map(lambda steps: steps / 16), st.just(np.nan)))
@@ -17,10 +16,6 @@ CALIBRATIONS = st.builds(
     offset=st.integers(-40000, 40000).map(lambda number: number / 1000), left=st.builds(
         Projection, st.floats(50, 5000), st.floats(50, 5000), st.floats(-10, 50),
         st.floats(-10, 50)))
-
-
-def made_calibration(offset=0.0):
-    return Calibration(400.0, 0.5, offset, LEFT)
 
 
 def plain_depth(disparity, calibration):
@@ -32,11 +27,6 @@ def plain_depth(disparity, calibration):
             depth[place] = (calibration.focal * calibration.baseline / corrected
                             if corrected > 0 else np.inf)
     return depth
-
-
-def points_of(depth, left, words=3):
-    points = np.full((*depth.shape, words), -7, np.float32)
-    return left.points(depth, points)
 
 
 @given(DISPARITIES, CALIBRATIONS)
@@ -61,8 +51,8 @@ def test_millimetres_are_rounded_and_zero_where_there_are_none(depth, millimetre
 
 @given(DISPARITIES, CALIBRATIONS)
 def test_a_point_is_seen_at_its_pixel_with_its_disparity(disparity, calibration):
-    left = calibration.left
-    points = points_of(calibration.depth(disparity), left).astype(np.float64)
+    left, depth = calibration.left, calibration.depth(disparity)
+    points = left.points(depth, np.full((*depth.shape, 3), -7, np.float32)).astype(np.float64)
     corrected = disparity - np.float32(calibration.offset)
     seen = corrected > 0
     rows, columns = np.nonzero(seen)
@@ -78,6 +68,7 @@ def test_a_point_is_seen_at_its_pixel_with_its_disparity(disparity, calibration)
     (10.0, 24.0), (np.nan, np.nan), (np.inf, 4.0), (0.0, np.nan), (-0.0, np.nan), (-2.0, np.nan),
     (-np.inf, np.nan)])
 def test_the_disparity_of_a_depth_is_the_one_it_comes_from(depth, disparity):
-    found = disparity_of(np.full((3, 11), depth, np.float32), made_calibration(4.0))
+    found = disparity_of(np.full((3, 11), depth, np.float32),
+                         Calibration(400.0, 0.5, 4.0, Projection(410.0, 395.5, 17.25, 11.5)))
     assert found.dtype == np.float32
     np.testing.assert_array_equal(found, np.full((3, 11), disparity, np.float32))

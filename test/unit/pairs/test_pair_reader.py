@@ -1,6 +1,8 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Four messages into a pair: what belongs together, sizes, depths, cropping and scale."""
+from itertools import combinations
+
 import cv2
 from fuzzy_stereo_ros.pairs.messages import ENCODINGS
 from fuzzy_stereo_ros.pairs.pair_reader import largest_window, PairReader, raw_positions
@@ -72,18 +74,15 @@ def test_images_that_make_no_pair_are_rejected(options, left, right, changes, re
     assert str(rejection).startswith(sentence)
 
 
-@pytest.mark.parametrize('left, right, dtype', [
-    (noise(80, 100), noise(80, 100, 3), np.uint8),
-    (noise(80, 100), noise(80, 100, dtype=np.uint16), np.uint16),
-    (noise(80, 100, 3), noise(80, 100, dtype=np.uint16), np.uint16),
-])
-def test_two_images_of_a_pair_become_equally_deep(left, right, dtype):
-    names = {(2, 1): 'mono8', (2, 2): 'mono16', (3, 1): 'bgr8'}
-    pair = PairReader().read(
-        image(left, names[left.ndim, left.itemsize]), info(),
-        image(right, names[right.ndim, right.itemsize]), info(tx=-24.0))
-    assert (pair.left.dtype, pair.right.dtype) == (dtype, dtype)
-    assert (pair.left.shape, pair.right.shape) == (left.shape, right.shape)
+@pytest.mark.parametrize('names', combinations(['mono8', 'mono16', 'bgr8', 'bgr16'], 2))
+def test_two_images_of_a_pair_become_equally_deep(names):
+    formats = [ENCODINGS[name] for name in names]
+    images = [noise(80, 100, channels, dtype) for dtype, channels, _ in formats]
+    left, right = map(image, images, names)
+    pair = PairReader().read(left, info(), right, info(tx=-24.0))
+    assert {pair.left.dtype, pair.right.dtype} == {
+        np.dtype(np.uint16 if np.uint16 in [dtype for dtype, *_ in formats] else np.uint8)}
+    assert [pair.left.shape, pair.right.shape] == [one.shape for one in images]
 
 
 # ---- rectified here ----
@@ -202,23 +201,27 @@ def test_a_camera_info_without_a_size_takes_the_images_as_they_are():
 # ---- reduced ----
 
 
-@pytest.mark.parametrize('scale', [0.5, 0.25])
-@pytest.mark.parametrize('shape', [(80, 100), (83, 103), (4, 4), (5, 98)])
-@pytest.mark.parametrize('encoding', ['mono8', 'mono16', 'bgr8', 'bgr16'])
-def test_a_reduced_image_is_the_mean_of_blocks(scale, shape, encoding):
+def assert_reduced(found, image, scale):
+    """Compare an image with the means of the blocks of another one."""
+    block = round(1 / scale)
+    rows, columns = (side // block for side in image.shape[:2])
+    blocks = image[:rows * block, :columns * block].reshape(
+        rows, block, columns, block, *image.shape[2:])
+    assert found.shape == (rows, columns, *image.shape[2:])
+    assert found.dtype == image.dtype and found.flags.c_contiguous
+    assert abs(found - blocks.mean(axis=(1, 3))).max() <= 0.5
+
+
+@given(st.sampled_from([0.5, 0.25]), st.integers(4, 103), st.integers(4, 103),
+       st.sampled_from(['mono8', 'mono16', 'bgr8', 'bgr16']), st.integers(0, 9))
+def test_a_reduced_image_is_the_mean_of_blocks(scale, rows, columns, encoding, seed):
     dtype, channels, _ = ENCODINGS[encoding]
-    images = [noise(*shape, channels, dtype, seed) for seed in (1, 2)]
+    images = [noise(rows, columns, channels, dtype, seed + side) for side in (0, 1)]
     sizes = {'height': 0, 'width': 0}
     pair = PairReader(scale=scale).read(image(images[0], encoding), info(**sizes),
                                         image(images[1], encoding), info(tx=-24.0, **sizes))
-    block = round(1 / scale)
-    rows, columns = shape[0] // block, shape[1] // block
-    for found, full in ((pair.left, images[0]), (pair.right, images[1])):
-        blocks = full[:rows * block, :columns * block].reshape(
-            rows, block, columns, block, *full.shape[2:])
-        assert found.dtype == dtype
-        assert found.flags.c_contiguous
-        assert abs(found - blocks.mean(axis=(1, 3))).max() <= 0.5
+    for found, full in zip((pair.left, pair.right), images):
+        assert_reduced(found, full, scale)
 
 
 @pytest.mark.parametrize('scale', [0.5, 0.25])
@@ -226,11 +229,7 @@ def test_what_is_rectified_and_cut_is_reduced_last(scale):
     _, messages = raw_pair()
     cut = PairReader(rectify=True, crop=True).read(*messages)
     small = PairReader(rectify=True, crop=True, scale=scale).read(*messages)
-    rows, columns = small.left.shape
-    block = round(1 / scale)
-    blocks = cut.left[:rows * block, :columns * block].reshape(rows, block, columns, block)
-    assert small.left.shape == (cut.left.shape[0] // block, cut.left.shape[1] // block)
-    assert abs(small.left - blocks.mean(axis=(1, 3))).max() <= 0.5
+    assert_reduced(small.left, cut.left, scale)
     assert small.calibration == cut.calibration.scaled(scale)
 
 

@@ -1,7 +1,9 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """The maps of a rectification, against a plain camera and what a lens cannot show."""
+from fuzzed import examples
 from fuzzy_stereo_ros.pairs.pair_reader import is_inside, OFF_IMAGE, raw_positions
+from hypothesis import given, strategies as st
 from made_messages import info, region, rejection_of
 import numpy as np
 import pytest
@@ -9,7 +11,8 @@ from raw_camera import CENTRE, COLUMNS, FOCAL, LENSES, RawCamera, ROWS
 
 CAMERAS = {'left': RawCamera(turn=(0.02, -0.03, 0.015)),
            'right': RawCamera(turn=(-0.015, 0.025, -0.01), right=0.1)}
-EACH_LENS = pytest.mark.parametrize('model', LENSES)
+NAMES = {'plumb_bob': ['plumb_bob', 'radial-tangential'], 'equidistant': ['Fisheye', 'equi'],
+         'rational_polynomial': ['rational_polynomial'], '': ['']}
 
 
 def places_of(camera_info, rows=ROWS, columns=COLUMNS):
@@ -23,13 +26,25 @@ def plane(camera, depth):
                      (down - CENTRE[1]) / FOCAL * depth, np.full((ROWS, COLUMNS), depth)])
 
 
-@EACH_LENS
-@pytest.mark.parametrize('side', CAMERAS)
-@pytest.mark.parametrize('depth', [0.5, 20.0])
-def test_a_rectified_pixel_comes_from_where_the_camera_sees_its_point(model, side, depth):
+@examples(40)
+@given(data=st.data(), model=st.sampled_from([*LENSES]), side=st.sampled_from([*CAMERAS]),
+       depth=st.floats(0.5, 20), bins=st.tuples(*2 * [st.integers(1, 4)]),
+       begin=st.tuples(*2 * [st.integers(0, 40)]))
+def test_a_rectified_pixel_comes_from_where_the_camera_sees_its_point(
+        data, model, side, depth, bins, begin):
+    """Whatever a lens is called, how many zeros follow its coefficients, binning and region."""
     camera = RawCamera(model, CAMERAS[side].turn, CAMERAS[side].right)
-    seen = camera.sees(plane(camera, depth))
-    np.testing.assert_allclose(places_of(camera.info()), seen, rtol=0, atol=1e-4)
+    (across, down), (x, y) = bins, begin
+    rows, columns = (ROWS - y) // down, (COLUMNS - x) // across
+    named = camera.info(
+        binning_x=across, binning_y=down, roi=region(x, y, rows * down, columns * across),
+        distortion_model=data.draw(st.sampled_from([model, *NAMES[model]])))
+    named.d = named.d + [0.0] * (model == 'equidistant')
+    seen = np.stack(camera.sees(plane(camera, depth)))[
+        :, y:y + rows * down:down, x:x + columns * across:across]
+    np.testing.assert_allclose(
+        places_of(named, rows, columns), (seen - [[[x]], [[y]]]) / [[[across]], [[down]]],
+        rtol=0, atol=1e-4)
 
 
 @pytest.mark.parametrize('changes', [
@@ -40,16 +55,6 @@ def test_a_camera_without_distortion_or_turn_is_left_as_it_is(changes):
     places = places_of(info(**changes), 80, 100)
     np.testing.assert_allclose(places, [across, down], rtol=0, atol=1e-4)
     assert is_inside(*places, 80, 100).all()
-
-
-@EACH_LENS
-def test_a_binned_image_is_rectified_as_the_full_one(model):
-    camera = RawCamera(model, (0.02, -0.03, 0.015))
-    binned = camera.info(binning_x=4, binning_y=2,
-                         roi=region(x_offset=16, y_offset=8, height=160, width=200))
-    whole = places_of(camera.info())[:, 8:168:2, 16:216:4]
-    np.testing.assert_allclose(places_of(binned, 80, 50),
-                               (whole - [[[16]], [[8]]]) / [[[4]], [[2]]], rtol=0, atol=1e-3)
 
 
 @pytest.mark.parametrize('model, coefficients, last', [
@@ -101,13 +106,3 @@ def test_a_fisheye_without_coefficients_has_angles_proportional_to_radii(name, d
     ratio = 200 * np.arctan(radius) / radius
     np.testing.assert_allclose(places_of(fisheye, 80, 100), [50 + ratio * x, 40 + ratio * y],
                                rtol=0, atol=1e-3)
-
-
-@EACH_LENS
-def test_other_names_and_zeros_behind_the_coefficients_are_the_same_lens(model):
-    camera, names = CAMERAS['left'], {
-        'equidistant': 'Fisheye', 'plumb_bob': 'radial-tangential', '': '',
-        'rational_polynomial': 'rational_polynomial'}
-    same = RawCamera(model, camera.turn).info(distortion_model=names[model])
-    same.d = same.d + [0.0] * (5 - len(same.d) if model == 'equidistant' else 0)
-    np.testing.assert_array_equal(places_of(same), places_of(RawCamera(model, camera.turn).info()))

@@ -15,7 +15,6 @@ from made_messages import (
     empty_disparity, empty_message, field_of, made_match, make_pair, region, USUAL_POINTS,
     values_of)
 import numpy as np
-import pytest
 
 
 def filled(disparity, offset=0.0, **config):
@@ -121,17 +120,22 @@ def read_points(message):
 @settings(max_examples=80, deadline=None)
 @given(layout=st.sampled_from(LAYOUTS), stride=st.integers(1, 4), seed=st.integers(0, 999),
        most=st.sampled_from([-1.0, 0.0, 2.0]), dtype=st.sampled_from([np.uint8, np.uint16]),
-       channels=st.sampled_from([(), (3,)]))
-def test_points_lie_and_have_colours_as_those_of_point_cloud_node(
-        layout, stride, seed, most, dtype, channels):
+       channels=st.sampled_from([(), (3,)]), before=st.sampled_from([None, *LAYOUTS]))
+def test_points_lie_and_have_colours_as_those_of_point_cloud_node_whatever_was_sent_before(
+        layout, stride, seed, most, dtype, channels, before):
     use_color, avoid_padding, step, places = layout
     random = np.random.default_rng(seed)
     disparity = random.choice(np.float32([np.nan, -1, 0, 2.5, 3, 12, 24, 50]), (11, 13))
     left = random.integers(0, 200, (11, 13, *channels), dtype)
     left[::stride, ::stride][1, 1] = 255        # so that 16 bits are of 12
-    message = filled_points(
-        disparity, left * dtype(1 if dtype == np.uint8 else 16), use_color, avoid_padding,
-        points_stride=stride, points_max_depth=most)
+    earlier = before and filled_points(
+        np.full((11, 13 - seed % 2), 4.0), np.full((11, 13 - seed % 2), 77, np.uint8), *before[:2],
+        points_stride=stride)
+    deep = left * dtype(1 if dtype == np.uint8 else 16)
+    message, afresh = (filled_points(
+        disparity, deep, use_color, avoid_padding, one, points_stride=stride,
+        points_max_depth=most) for one in (earlier, None))
+    assert message == afresh
     rows, columns = (len(range(0, size, stride)) for size in left.shape[:2])
     assert {field.name: field.offset for field in message.fields} == places
     assert {(field.datatype, field.count) for field in message.fields} == {(7, 1)}
@@ -153,17 +157,6 @@ def test_points_lie_and_have_colours_as_those_of_point_cloud_node(
         blue, green, red = np.moveaxis(seen, -1, 0) if channels else (seen, seen, seen)
         np.testing.assert_array_equal(field_of(message, 'rgb', '<u4'),
                                       red * 0x10000 + green * 0x100 + blue)
-
-
-@pytest.mark.parametrize('use_color, avoid_padding, shape', [
-    (True, True, (3, 5)), (False, True, (4, 5)), (False, False, (4, 5)), (True, False, (3, 5))])
-def test_points_of_another_layout_keep_nothing_of_those_before(use_color, avoid_padding, shape):
-    message = filled_points(np.full(shape, 4.0), np.full(shape, 77, np.uint8), use_color,
-                            avoid_padding)
-    again = filled_points(np.full((3, 5), 4.0), np.full((3, 5), 77, np.uint8), False, False,
-                          message)
-    assert again == filled_points(np.full((3, 5), 4.0), np.full((3, 5), 77, np.uint8), False,
-                                  False)
 
 
 def test_a_voxel_keeps_the_first_of_its_points_with_its_colour():

@@ -7,7 +7,6 @@ import cv2
 from fuzzy_stereo_ros.commands.command_line import main
 from fuzzy_stereo_ros.matching.match import Camera
 from fuzzy_stereo_ros.pairs.disparity_files import read_disparity
-from fuzzy_stereo_ros.pairs.frames import Frames
 from fuzzy_stereo_ros.pairs.image_files import write_image
 from made_bags import COLUMNS, content, disparities, ROWS, scene
 import numpy as np
@@ -130,25 +129,6 @@ def test_folders_of_kitti_get_their_own_cameras(
     depth = np.load(folder / 'one.npy')
     valid = np.isfinite(depth)
     np.testing.assert_allclose(depth[valid] * shift[valid], 200 * baseline, rtol=1e-4)
-
-
-@pytest.mark.parametrize('names, rate, stamps', [
-    (['1403636579763555584', '1403636579813555456'], None,
-     [1403636579763555584, 1403636579813555456]),
-    (['1305031102.175304', '1305031102.25'], None, [1305031102175304000, 1305031102250000000]),
-    (['frame10', 'frame9'], None, [900_000_000, 1_000_000_000]),
-    (['0000000010', '0000000012'], 20, [500_000_000, 600_000_000]),
-    (['b', 'a'], 2, [0, 500_000_000])])
-def test_stamps_are_the_times_in_the_names_or_the_numbers_by_the_rate(
-        tmp_path, names, rate, stamps):
-    for side in ('cam0', 'cam1'):
-        (tmp_path / 'mav0' / side / 'data').mkdir(parents=True)
-        for name in names:
-            write_image(tmp_path / 'mav0' / side / 'data' / f'{name}.png',
-                        np.zeros((4, 4), np.uint8))
-    frames = Frames([tmp_path / 'mav0'], rate)
-    assert [stamp for stamp, _, _ in frames.pairs()] == stamps
-    assert [frames.begin, frames.end] == stamps
 
 
 def test_a_frame_that_one_camera_lacks_or_that_is_damaged_costs_its_pair_alone(folder, capsys):

@@ -13,7 +13,7 @@ from made_bags import (
 from made_scenes import film
 import numpy as np
 import pytest
-from replayed import INTERRUPTED, replay
+from replayed import INTERRUPTED, replay, restamp
 
 TIMES = 4       # that a narrow picture is repeated in a frame
 
@@ -55,12 +55,8 @@ def test_a_video_has_image_and_preview_of_each_pair_in_order(folder, suffix):
 
 @pytest.mark.parametrize(('step', 'rate'), [(0, 10), (1, 240), (60 * 10**9, 0.1)])
 def test_stamps_that_give_no_rate_for_a_video_give_the_nearest_one(folder, step, rate):
-    def change(number, messages):
-        for message in messages.values():
-            stamp = BEGIN + number * step
-            message.header.stamp.sec, message.header.stamp.nanosec = divmod(stamp, 10**9)
-
-    write_bag(folder / 'odd', pairs=scene(3), change=change)
+    write_bag(folder / 'odd', pairs=scene(3), change=lambda number, messages: restamp(
+        messages, BEGIN + number * step))
     assert replay('odd', options=['--video', 'video.avi']) == 0
     assert film(folder / 'video.avi')[1] == pytest.approx(rate, rel=1e-3)
 
