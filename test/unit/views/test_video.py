@@ -184,7 +184,7 @@ def test_a_narrow_picture_is_repeated_and_a_wide_one_reduced():
 # ---- colours ----
 
 
-def test_far_is_blue_near_is_red_and_invalid_is_hatched_unlike_any_disparity():
+def test_far_is_blue_near_is_red_beyond_is_as_the_end_and_invalid_is_hatched_unlike_any():
     far, near, *_ = colour_disparity(np.array([[12, 52]]), 0, 63)[0]
     assert far[0] > 200 > 100 > far[2]
     assert near[2] > 200 > 100 > near[0]
@@ -194,9 +194,6 @@ def test_far_is_blue_near_is_red_and_invalid_is_hatched_unlike_any_disparity():
     assert counts.min() > 0.4 * counts.sum()
     for shown in colour_disparity(np.linspace(0, 63, 500)[None], 0, 63)[0].astype(int):
         assert np.abs(levels - shown).max(axis=1).min() > 60
-
-
-def test_what_lies_outside_the_range_takes_the_colour_of_its_end():
     below, low, high, above = colour_disparity(np.array([[-9.0, 5, 20, 99]]), 5, 20)[0]
     assert np.array_equal(below, low) and np.array_equal(above, high)
     assert not np.array_equal(low, high)
