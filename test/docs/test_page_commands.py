@@ -104,12 +104,9 @@ def test_the_commands_of_a_page_work_in_their_order(page, tmp_path, monkeypatch)
         work(words)
 
 
-def test_every_command_that_exists_is_shown():
+def test_every_command_and_every_suite_of_benchmarks_is_shown_and_there_is_no_other():
     assert {words[1] for _, words in ALL if words[0] == 'fuzzy-stereo'} == set(
         command_line.commands())
-
-
-def test_the_benchmarks_that_are_named_exist_and_no_other_does():
     assert {words[3] for _, words in ALL if words[:3] == ['python', '-m', 'bench']} == set(SUITES)
 
 

@@ -285,7 +285,6 @@ def test_arguments_that_a_saved_pair_has_are_rejected(report, capsys):
 def test_the_shell_completes_commands_options_and_profiles(tmp_path):
     pytest.importorskip('argcomplete', reason='the extra completion is not installed')
     for line, words in (('fuzzy-stereo ev', {'evaluate', 'evolve'}),
-                        ('fuzzy-stereo match --rec', {'--rectify'}),
                         ('fuzzy-stereo match --profile qua', {'quality'})):
         answer = tmp_path / 'answer'
         subprocess.run([sys.executable, '-m', 'fuzzy_stereo_ros.commands.command_line'], env={

@@ -21,7 +21,7 @@ NAN, INF = np.nan, np.inf
 FOCAL, BASELINE, OFFSET = 400.0, 0.25, -3.0
 CAMERAS = ['--focal', f'{FOCAL}', '--baseline', f'{BASELINE}', '--offset', f'{OFFSET}']
 SHAPES = arrays.array_shapes(min_dims=2, max_dims=2, max_side=7)
-same_folder = settings(deadline=None, max_examples=40,
+same_folder = settings(deadline=None, max_examples=25,
                        suppress_health_check=[HealthCheck.function_scoped_fixture])
 
 

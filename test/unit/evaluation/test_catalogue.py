@@ -119,11 +119,9 @@ def test_a_truth_of_8_bits_that_nothing_explains_takes_the_scale_that_is_given(t
 
 def test_all_files_of_kitti_are_found_and_the_frames_before_make_a_sequence(tmp_path):
     several = frames(3)
-    sides, truths = ('image_2', 'image_3'), ('disp_occ_0', 'disp_noc_0')
     for number, made in zip((8, 9, 10, 11), [*several, several[0]]):
-        write_kitti(tmp_path, made, f'000003_{number:02}.png', sides,
-                    truths if number == 10 else ())
-    write_kitti(tmp_path, pair(), '000001_10.png', sides, truths)
+        write_kitti(tmp_path, made, f'000003_{number:02}.png', known=number == 10)
+    write_kitti(tmp_path, pair(), '000001_10.png')
     found = search([tmp_path])
     assert [scene.name for scene in found.scenes] == ['000001_10', '000003_10']
     (sequence,) = found.sequences

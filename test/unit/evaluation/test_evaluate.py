@@ -26,7 +26,6 @@ from written_scenes import (
     write_kitti, write_masks, write_named, write_v2)
 
 AS_IT_COMES, FILLED = 'as it comes', 'filled'
-KITTI_2015 = ('image_2', 'image_3'), ('disp_occ_0', 'disp_noc_0')
 
 
 def evaluated(capsys, *words):
@@ -151,7 +150,7 @@ def test_means_are_over_the_scenes_of_a_family_that_have_the_mask(tmp_path, caps
     for name, made in pairs.items():
         write_named(tmp_path / name, made)
     write_masks(tmp_path / 'b', pairs['b'], ['disc'])
-    write_kitti(tmp_path, pairs['a'], '000000_10.png', *KITTI_2015)
+    write_kitti(tmp_path, pairs['a'], '000000_10.png')
     told = evaluated(capsys, tmp_path / 'a', tmp_path / 'b', tmp_path / 'c', tmp_path,
                      '--matcher', 'opencv:bm', '--disparities', DISPARITIES)
     found = {name: of_opencv(made, 'BM default')[0] for name, made in pairs.items()}
@@ -182,10 +181,9 @@ def test_the_settings_say_what_the_figures_depend_on(tmp_path, capsys):
 
 # Sequences.
 
-@pytest.mark.parametrize('in_folders', [False, True])
-def test_a_sequence_is_matched_warm_and_cold_with_its_flicker(tmp_path, capsys, in_folders):
+def test_a_sequence_is_matched_warm_and_cold_with_its_flicker(tmp_path, capsys):
     several = frames(4)
-    write_frames(tmp_path / 'drive', several, known=[8, 10], in_folders=in_folders)
+    write_frames(tmp_path / 'drive', several, known=[8, 10])
     told = evaluated(capsys, tmp_path, '--matcher', 'ours', '--disparities', DISPARITIES,
                      '--repeats', '2')
     records = [record for record in told['records'] if record['kind'] == 'sequence']

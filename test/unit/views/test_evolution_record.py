@@ -124,9 +124,9 @@ def test_the_error_is_that_of_the_best_chromosome_inside_the_mask(pair):
 # ---- the still and the film of an evolution show what its snapshots hold ----
 
 
-def evolution(profile='realtime', with_truth=True, shape=(40, 60), **changes):
+def evolution(profile='realtime', with_truth=True, **changes):
     """Return the course and the snapshots of an evolution on a noisy pair."""
-    pair = make_pair(*shape, 16, noise=4.0, colour=True)
+    pair = make_pair(40, 60, 16, noise=4.0, colour=True)
     config = MatcherConfig.from_profile(profile, **{
         'disparities': 16, 'generations': 2, 'reference': 'left', **changes})
     course, told = Course(config, pair.truth if with_truth else None), []
@@ -138,23 +138,6 @@ def evolution(profile='realtime', with_truth=True, shape=(40, 60), **changes):
     return course, told
 
 
-@pytest.mark.parametrize('profile, with_truth, origins', [
-    pytest.param('paper', True, 3, marks=pytest.mark.slow), ('quality', False, 2)])
-def test_each_colour_of_the_still_covers_the_share_of_cells_with_that_origin(
-        tmp_path, profile, with_truth, origins):
-    course, told = evolution(profile, with_truth)
-    write_figure(tmp_path / 'still.png', evolution_figure(course))
-    assert os.listdir(tmp_path) == ['still.png']
-    picture = read_image(tmp_path / 'still.png')
-    pixels = np.array([np.count_nonzero((picture == [
-        int(colour[at:at + 2], 16) for at in (5, 3, 1)]).all(axis=2))
-        for _, colour in sorted(ORIGIN_COLOURS.items())])
-    cells = np.bincount(np.stack([snapshot.origin for snapshot in told[1:]]).ravel(),
-                        minlength=len(ORIGIN_COLOURS))
-    np.testing.assert_allclose(pixels / pixels.sum(), cells / cells.sum(), atol=0.04)
-    assert np.count_nonzero(cells) == origins
-
-
 def test_an_evolution_of_no_generation_is_drawn_in_every_format(tmp_path):
     figure = evolution_figure(evolution(generations=0)[0])
     for suffix in PANEL_SUFFIXES:
@@ -162,16 +145,18 @@ def test_an_evolution_of_no_generation_is_drawn_in_every_format(tmp_path):
         assert (tmp_path / f'still{suffix}').stat().st_size > 10_000
 
 
-@pytest.mark.parametrize('profile, changes, title', [
-    ('paper', {}, 'fitness (uniform reading)'),
-    ('paper', {'reading': 'literal'}, 'fitness (Eq. 3 as printed)'),
-    ('realtime', {}, 'fitness (1 is perfect)')])
-def test_curves_and_possibilities_fill_their_scales_and_the_reading_is_named(
-        profile, changes, title):
-    course, told = evolution(profile, shape=(40, 60), **changes)
-    axes = evolution_figure(course).axes
-    (place,) = (each for each in axes if each.get_title() == title)
-    maps = [each.images[0] for each in axes if each.get_title().startswith('its possibility')]
+@pytest.mark.parametrize('profile, changes, title, origins', [
+    ('paper', {}, 'fitness (uniform reading)', 3),
+    ('paper', {'reading': 'literal'}, 'fitness (Eq. 3 as printed)', 3),
+    ('quality', {'with_truth': False}, 'fitness (1 is perfect)', 2)])
+def test_the_still_shows_fitness_possibilities_and_where_genes_come_from(
+        tmp_path, profile, changes, title, origins):
+    """Each colour of an origin covers the share of genes with it, curves and maps their scales."""
+    course, told = evolution(profile, **changes)
+    figure = evolution_figure(course)
+    (place,) = (each for each in figure.axes if each.get_title() == title)
+    maps = [each.images[0] for each in figure.axes
+            if each.get_title().startswith('its possibility')]
     (scale,) = {one.get_clim() for one in maps}
     most = max(np.percentile(one.get_array().data, 95) for one in maps)
     assert scale[0] == 0 and most <= scale[1] <= max(most + 0.05, 0.05)
@@ -180,6 +165,16 @@ def test_curves_and_possibilities_fill_their_scales_and_the_reading_is_named(
         np.testing.assert_allclose(line.get_ydata(), [
             getattr(snapshot.fitness, {'best': 'max', 'worst': 'min'}.get(name, name))()
             for snapshot in told], rtol=1e-9)
+    write_figure(tmp_path / 'still.png', figure)
+    assert os.listdir(tmp_path) == ['still.png']
+    picture = read_image(tmp_path / 'still.png')
+    pixels = np.array([np.count_nonzero((picture == [
+        int(colour[at:at + 2], 16) for at in (5, 3, 1)]).all(axis=2))
+        for _, colour in sorted(ORIGIN_COLOURS.items())])
+    genes = np.bincount(np.stack([snapshot.origin for snapshot in told[1:]]).ravel(),
+                        minlength=len(ORIGIN_COLOURS))
+    np.testing.assert_allclose(pixels / pixels.sum(), genes / genes.sum(), atol=0.04)
+    assert np.count_nonzero(genes) == origins
 
 
 # ---- the film ----
