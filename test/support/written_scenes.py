@@ -11,10 +11,9 @@ ROWS, COLUMNS, DISPARITIES = 40, 72, 16
 HOLE = np.s_[3:6, 50:60]        # where the truth is not known
 
 
-def pair(seed=1, **options):
+def pair(seed=1):
     """Return a `ScenePair` whose truth has a hole; visible where it counts."""
-    made = make_pair(ROWS, COLUMNS, DISPARITIES, seed, **{'colour': True, 'noise': 1, **options})
-    return with_hole(made)
+    return with_hole(make_pair(ROWS, COLUMNS, DISPARITIES, seed, colour=True, noise=1))
 
 
 def frames(count, seed=1):
@@ -39,9 +38,9 @@ def grey_truth(truth, scale):
 
 def write_images(folder, made, left, right):
     """Write the two images under names with a suffix."""
-    folder.mkdir(parents=True, exist_ok=True)
-    write_image(folder / left, made.left)
-    write_image(folder / right, made.right)
+    for name, image in ((left, made.left), (right, made.right)):
+        (folder / name).parent.mkdir(parents=True, exist_ok=True)
+        write_image(folder / name, image)
 
 
 def write_masks(folder, made, names=('nonocc', 'all', 'disc')):
@@ -56,33 +55,28 @@ def write_masks(folder, made, names=('nonocc', 'all', 'disc')):
     return {name: whole[name] for name in names}
 
 
-def write_v2(folder, made, scale, suffix='.png'):
+def write_v2(folder, made, scale):
     """Write the layout of 2001 and 2003; return the truth as it is read."""
-    write_images(folder, made, f'im2{suffix}', f'im6{suffix}')
-    grey = suffix.replace('ppm', 'pgm')
+    write_images(folder, made, 'im2.png', 'im6.png')
     levels, truth = grey_truth(made.truth, scale)
-    write_image(folder / f'disp2{grey}', levels)
-    right, _ = grey_truth(warped_to_right(truth), scale)
-    write_image(folder / f'disp6{grey}', right)
+    write_image(folder / 'disp2.png', levels)
+    write_image(folder / 'disp6.png', grey_truth(warped_to_right(truth), scale)[0])
     return truth
 
 
-def write_2014(folder, made, truth='disp0GT.pfm', ndisp=None):
-    """Write the layout of 2014; ndisp: what calib.txt says, None = there is no calib.txt."""
+def write_2014(folder, made, ndisp):
+    """Write the layout of 2014; ndisp: what calib.txt says."""
     write_images(folder, made, 'im0.png', 'im1.png')
-    write_disparity(folder / truth, made.truth)
-    if ndisp is not None:
-        (folder / 'calib.txt').write_text(
-            f'cam0=[1 0 2; 0 1 2; 0 0 1]\ndoffs=0\nbaseline=100\nndisp={ndisp}\nvmin=3\n')
+    write_disparity(folder / 'disp0GT.pfm', made.truth)
+    (folder / 'calib.txt').write_text(
+        f'cam0=[1 0 2; 0 1 2; 0 0 1]\ndoffs=0\nbaseline=100\nndisp={ndisp}\nvmin=3\n')
 
 
-def write_kitti(folder, made, name, sides, truths):
-    """Write a frame into KITTI's structure; truths: folders of all pixels, of visible ones."""
-    for side, image in zip(sides, (made.left, made.right)):
-        (folder / side).mkdir(parents=True, exist_ok=True)
-        write_image(folder / side / name, image)
-    for kind, which in zip(truths, (np.isfinite(made.truth), made.visible)):
-        (folder / kind).mkdir(parents=True, exist_ok=True)
+def write_kitti(folder, made, name, known=True):
+    """Write a frame into KITTI's structure of 2015; known: with its truths."""
+    write_images(folder, made, f'image_2/{name}', f'image_3/{name}')
+    for kind, which in (('disp_occ_0', True), ('disp_noc_0', made.visible)) if known else ():
+        (folder / kind).mkdir(exist_ok=True)
         write_disparity(folder / kind / name, np.where(which, made.truth, np.nan))
 
 
@@ -92,24 +86,18 @@ def in_kitti_steps(truth):
     return (levels / 256).astype(np.float32)
 
 
-def write_named(folder, made, truth='groundtruth.pfm'):
+def write_named(folder, made):
     """Write left.png, right.png and a truth."""
     write_images(folder, made, 'left.png', 'right.png')
-    write_disparity(folder / truth, made.truth)
+    write_disparity(folder / 'groundtruth.pfm', made.truth)
 
 
-def write_frames(folder, several, known=(), in_folders=False, truth='groundtruth.npy', mask=''):
-    """Write numbered frames from 7 on; known: numbers of those with a truth and a mask."""
-    def placed(name, number):
-        kind, dot, suffix = name.partition('.')
-        path = folder / (f'{kind}/{number:04}' if in_folders else f'{kind}_{number:02}')
-        path.parent.mkdir(parents=True, exist_ok=True)
-        return path.with_name(path.name + dot + suffix)
-
+def write_frames(folder, several, known=(), in_folders=False):
+    """Write numbered frames from 7 on; known: numbers of those with a truth."""
     for number, made in enumerate(several, start=7):
-        write_image(placed('left.png', number), made.left)
-        write_image(placed('right.png', number), made.right)
+        place = f'{{}}/{number:04}' if in_folders else f'{{}}_{number:02}'
+        write_images(folder, made, *(f'{place.format(side)}.png' for side in ('left', 'right')))
         if number in known:
-            write_disparity(placed(truth, number), made.truth)
-            if mask:
-                write_image(placed(mask, number), made.visible * np.uint8(255))
+            truth = folder / f"{place.format('groundtruth')}.npy"
+            truth.parent.mkdir(exist_ok=True)
+            write_disparity(truth, made.truth)

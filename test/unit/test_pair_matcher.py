@@ -14,8 +14,7 @@ from fuzzy_stereo_ros.pair_matcher import FAILED, PairMatcher, PREPARING, READY
 from fuzzy_stereo_ros.pairs.camera_files import centred_calibration
 from fuzzy_stereo_ros.pairs.stereo_pair import StereoPair
 from fuzzy_stereo_ros.synthetic.scenes import make_sequence
-from made_scenes import bits
-from made_scenes import shifted_pair
+from made_scenes import bits, shifted_pair
 import numpy as np
 import pytest
 from repository import ROOT
@@ -127,34 +126,17 @@ def test_the_rows_of_a_rig_stay_with_changed_parameters_and_after_resets():
     assert matcher.close()
 
 
-def test_an_error_is_reported_and_the_next_request_is_prepared(bench):
-    error = MemoryError('too large')
-    Gated.permits.put(error)
-    request(bench, 16)
-    assert bench.ready.get(timeout=SOON) == (16, error)
-    assert (bench.change, matched(bench)) == (FAILED, 5)
-    Gated.permits.put(None)
-    request(bench, 24)
-    assert bench.ready.get(timeout=SOON) == (24, None)
-    assert matched(bench) == 13
-
-
-def test_a_report_that_raises_leaves_the_next_request_to_be_prepared(bench):
-    report = bench._on_ready
-    raised = SimpleQueue()
-
-    def broken(config, error):
-        raised.put(config.disparities)
+def test_an_error_is_reported_and_the_next_request_is_prepared_even_if_the_report_raises(bench):
+    def broken(config, error, report=bench._on_ready):
+        report(config, error)
         raise RuntimeError('no log')
 
-    bench._on_ready = broken
-    Gated.permits.put(None)
-    request(bench, 16)
-    assert raised.get(timeout=SOON) == 16
-    bench._on_ready = report
-    Gated.permits.put(None)
-    request(bench, 24)
-    assert bench.ready.get(timeout=SOON) == (24, None)
+    bench._on_ready, error = broken, MemoryError('too large')
+    for disparities, fault, state, found in ((16, error, FAILED, 5), (24, None, READY, 13)):
+        Gated.permits.put(fault)
+        request(bench, disparities)
+        assert bench.ready.get(timeout=SOON) == (disparities, fault)
+        assert (bench.change, matched(bench)) == (state, found)
 
 
 def test_closing_waits_for_what_is_prepared_and_drops_it(bench):

@@ -6,13 +6,11 @@ import json
 import os
 from pathlib import Path
 import resource
-import shutil
 import tempfile
 
 from fuzzy_stereo_ros.matching import Match, MatcherConfig, StereoMatcher
 from fuzzy_stereo_ros.matching.out_of_range import EXTRA_LABELS
-from fuzzy_stereo_ros.matching.over_frames.state import (
-    LONGEST_GAP_NS)
+from fuzzy_stereo_ros.matching.over_frames.state import LONGEST_GAP_NS
 from fuzzy_stereo_ros.matching.realtime.still_scene import SETTLED
 from fuzzy_stereo_ros.pair_matcher import camera_of
 from fuzzy_stereo_ros.pairs.image_files import write_image
@@ -20,6 +18,7 @@ from fuzzy_stereo_ros.pairs.stereo_pair import StereoPair
 from fuzzy_stereo_ros.saved_pair import read_saved_pair, SavedPair, versions, write_saved_pair
 import numpy as np
 import pytest
+from rejected import contents
 from saved_scene import running
 
 FILES = {'left.png', 'right.png', 'pair.json', 'arrays.npz', 'README.txt'}
@@ -128,45 +127,40 @@ def test_a_folder_holds_what_people_and_programs_look_for(tmp_path):
     assert set(record['parameters']) == {one.name for one in fields(MatcherConfig)}
 
 
-def test_a_folder_is_as_open_to_others_as_any_new_one(tmp_path):
-    write_saved_pair(tmp_path / 'report', running()[0])
-    (tmp_path / 'plain').mkdir()
-    assert (tmp_path / 'report').stat().st_mode == (tmp_path / 'plain').stat().st_mode
-
-
-def test_an_empty_folder_is_taken_and_a_link_to_one_is_followed(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    Path('empty').mkdir()
-    Path('link').symlink_to('empty')
-    write_saved_pair('link', running()[0])
-    assert Path('link').is_symlink()
-    assert set(os.listdir('empty')) == FILES
-    assert sorted(os.listdir()) == ['empty', 'link']
+def test_an_empty_folder_or_a_link_to_one_is_taken_and_is_as_open_to_others_as_any_new_one(
+        folder):
+    (folder / 'empty').mkdir()
+    (folder / 'link').symlink_to('empty')
+    for name in ('link', 'new'):
+        write_saved_pair(name, running()[0])
+        assert set(os.listdir(name)) == FILES
+    assert (folder / 'link').is_symlink()
+    assert sorted(os.listdir()) == ['empty', 'link', 'new']
+    (folder / 'plain').mkdir()
+    assert (folder / 'new').stat().st_mode == (folder / 'plain').stat().st_mode
 
 
 def rejected(folder, reason):
     """Assert that nothing is written to a folder, for a reason, and what is around stays."""
-    around = sorted(Path(folder).absolute().parent.parent.rglob('*'))
+    before = contents()
     with pytest.raises(OSError, match=f'{reason}; give a missing or empty folder'):
         write_saved_pair(folder, running()[0])
-    assert sorted(Path(folder).absolute().parent.parent.rglob('*')) == around
+    assert contents() == before
 
 
-def test_a_folder_that_is_taken_is_rejected_and_stays_as_it_is(tmp_path):
-    for name in ('full', 'outer'):
-        (tmp_path / name).mkdir()
-    (tmp_path / 'full' / 'file').write_text('kept')
-    rejected(tmp_path / 'full', 'Directory not empty')
-    assert (tmp_path / 'full' / 'file').read_text() == 'kept'
-    rejected(tmp_path / 'full' / 'file', 'Not a directory')
-    rejected(tmp_path / 'outer' / 'none' / 'report', 'No such file or directory')
+def test_a_folder_that_is_taken_is_rejected_and_stays_as_it_is(folder):
+    (folder / 'full').mkdir()
+    (folder / 'full' / 'file').write_text('kept')
+    rejected('full', 'Directory not empty')
+    rejected('full/file', 'Not a directory')
+    rejected('none/report', 'No such file or directory')
 
 
-def test_a_disk_without_room_leaves_no_part_of_a_folder(tmp_path):
+def test_a_disk_without_room_leaves_no_part_of_a_folder(folder):
     limits = resource.getrlimit(resource.RLIMIT_FSIZE)
     resource.setrlimit(resource.RLIMIT_FSIZE, (2000, limits[1]))
     try:
-        rejected(tmp_path / 'report', 'File too large')
+        rejected('report', 'File too large')
     finally:
         resource.setrlimit(resource.RLIMIT_FSIZE, limits)
 
@@ -174,37 +168,17 @@ def test_a_disk_without_room_leaves_no_part_of_a_folder(tmp_path):
 # ---- damage ----
 
 
-@pytest.fixture(scope='module')
-def whole(tmp_path_factory):
-    folder = tmp_path_factory.mktemp('saved') / 'report'
-    write_saved_pair(folder, running()[2])
-    return folder
-
-
-@pytest.fixture
-def report(whole, tmp_path):
-    """Return a copy of a saved warm pair, to be damaged."""
-    return Path(shutil.copytree(whole, tmp_path / 'report'))
-
-
-def rewritten(folder, *route, **changes):
-    """Change entries of the record that a route leads to in pair.json; None drops one."""
+def rewritten(folder, change):
+    """Change the record in pair.json."""
     path = folder / 'pair.json'
-    record = inner = json.loads(path.read_text(encoding='utf-8'))
-    for step in route:
-        inner = inner[step]
-    for name, value in changes.items():
-        inner[name] = value
-        if value is None:
-            del inner[name]
+    record = json.loads(path.read_text(encoding='utf-8'))
+    change(record)
     path.write_text(json.dumps(record), encoding='utf-8')
 
 
 def restored(folder, **changes):
-    """Change arrays; None drops one."""
-    there = {**np.load(folder / 'arrays.npz'), **changes}
-    np.savez(folder / 'arrays.npz', **{
-        name: array for name, array in there.items() if array is not None})
+    """Change arrays."""
+    np.savez(folder / 'arrays.npz', **{**np.load(folder / 'arrays.npz'), **changes})
 
 
 def maps(rows, columns, kind=np.float32):
@@ -213,7 +187,7 @@ def maps(rows, columns, kind=np.float32):
 
 DAMAGES = {
     'an older parameter': (
-        lambda folder: rewritten(folder, 'parameters', mutation_rate=None),
+        lambda folder: rewritten(folder, lambda record: record['parameters'].pop('mutation_rate')),
         'parameters is .*; needed'),
     'an image of another size': (
         lambda folder: write_image(folder / 'right.png', maps(60, 99, np.uint8)),
@@ -222,8 +196,7 @@ DAMAGES = {
         lambda folder: restored(folder, disparity=maps(60, 99)),
         r'disparity is float32 \(60, 99\); needed is float32 \(60, 100\)'),
     'a state that is missing': (
-        lambda folder: (folder / 'pair.json').write_text(json.dumps(
-            {**json.loads((folder / 'pair.json').read_text()), 'state': None})),
+        lambda folder: rewritten(folder, lambda record: record.update(state=None)),
         'the previous frame took part in the match, but the state is missing'),
     'a state of another size': (
         lambda folder: restored(
@@ -234,7 +207,7 @@ DAMAGES = {
             census=maps(60, 90, np.uint32), cells=maps(30, 45), survived=maps(30, 45, np.uint8)),
         'took part in the match, but the state is of another frame'),
     'a state of the future': (
-        lambda folder: rewritten(folder, 'state', stamp=2**60),
+        lambda folder: rewritten(folder, lambda record: record['state'].update(stamp=2**60)),
         'took part in the match, but the state is of another frame'),
     'labels beyond the range': (
         lambda folder: restored(folder, labels=maps(60, 100, np.uint8) + 24 + EXTRA_LABELS),
@@ -243,8 +216,9 @@ DAMAGES = {
 
 
 @pytest.mark.parametrize('case', DAMAGES)
-def test_what_does_not_belong_together_is_rejected_with_a_sentence(report, case):
-    damage, words = DAMAGES[case]
+def test_what_does_not_belong_together_is_rejected_with_a_sentence(tmp_path, case):
+    report, (damage, words) = tmp_path / 'report', DAMAGES[case]
+    write_saved_pair(report, running()[2])
     damage(report)
     with pytest.raises(ValueError, match=words) as caught:
         read_saved_pair(report)
@@ -255,23 +229,25 @@ def test_what_does_not_belong_together_is_rejected_with_a_sentence(report, case)
 def test_genes_of_a_population_beyond_the_range_are_rejected():
     *_, saved = running('paper', population=6, generations=3)
     assert saved.state.own.genes.shape[0] == 6
-    for genes in (saved.state.own.genes + np.uint16(24), saved.state.own.genes[:0]):
-        with pytest.raises(ValueError, match='the state has genes out of range'):
-            replace(saved, state=replace(saved.state, own=saved.state.own._replace(genes=genes)))
-    with pytest.raises(ValueError, match=r'genes of the state is uint8 \(6, 60, 100\); needed is'):
-        replace(saved, state=replace(saved.state, own=saved.state.own._replace(
-            genes=saved.state.own.genes.astype(np.uint8))))
+    own = saved.state.own
+    for genes, words in ((own.genes + np.uint16(24), 'the state has genes out of range'),
+                         (own.genes[:0], 'the state has genes out of range'),
+                         (own.genes.astype(np.uint8),
+                          r'genes of the state is uint8 \(6, 60, 100\); needed is')):
+        with pytest.raises(ValueError, match=words):
+            replace(saved, state=replace(saved.state, own=own._replace(genes=genes)))
 
 
 def test_what_could_not_be_read_again_is_not_written():
     *_, saved = running()
-    with pytest.raises(ValueError, match='the state is missing'):
-        replace(saved, state=None)
-    with pytest.raises(ValueError, match='the state is of the right image, the match of the left'):
-        replace(saved, state=replace(
-            saved.state, config=replace(saved.config, reference='right')))
-    with pytest.raises(ValueError, match='disparity is float64'):
-        replace(saved, match=replace(
-            saved.match, disparity=saved.match.disparity.astype(np.float64)))
-    with pytest.raises(ValueError, match='still_disparity of the state is float32 .0, 0.; needed'):
-        replace(saved, state=replace(saved.state, own=saved.state.own._replace(still=SETTLED)))
+    state, match = saved.state, saved.match
+    for words, changes in {
+            'the state is missing': {'state': None},
+            'the state is of the right image, the match of the left': {'state': replace(
+                state, config=replace(saved.config, reference='right'))},
+            'disparity is float64': {'match': replace(
+                match, disparity=match.disparity.astype(np.float64))},
+            'still_disparity of the state is float32 .0, 0.; needed': {'state': replace(
+                state, own=state.own._replace(still=SETTLED))}}.items():
+        with pytest.raises(ValueError, match=words):
+            replace(saved, **changes)

@@ -34,16 +34,12 @@ def called(node):
     return '.'.join(reversed([*parts, getattr(node, 'id', '')]))
 
 
-def keyword(node, name):
-    return next((word.value for word in node.keywords if word.arg == name), None)
-
-
 def why_rejected(path, node):
     """Return what is wrong with a call, or None."""
-    name = called(node)
+    name, given = called(node), {word.arg: word.value for word in node.keywords}
     if name in CALLS or name.startswith(BEGINNINGS):
         return name
-    pickles = keyword(node, 'allow_pickle')
+    pickles = given.get('allow_pickle')
     if (name in ('np.load', 'np.save') or pickles is not None) and not (
             isinstance(pickles, ast.Constant) and pickles.value is False):
         return f'{name} without allow_pickle=False'
@@ -51,7 +47,7 @@ def why_rejected(path, node):
         first = node.args[0] if node.args else None
         if path not in STARTING:
             return f'{name} in a module that starts no processes'
-        if keyword(node, 'shell') is not None or isinstance(first, (ast.Constant, ast.JoinedStr)):
+        if 'shell' in given or isinstance(first, (ast.Constant, ast.JoinedStr)):
             return f'{name} through a shell, or not of a list'
     if name.endswith(('.execute', '.executescript')) and not isinstance(
             node.args[0], ast.Constant):
@@ -63,12 +59,10 @@ def breaches(path, source):
     """Return what a source file does that SECURITY.md says it does not."""
     found = []
     for node in ast.walk(ast.parse(source)):
-        names = []
-        if isinstance(node, ast.Import):
-            names = [alias.name for alias in node.names]
-        elif isinstance(node, ast.ImportFrom):
-            names = [node.module or '']
-        found += [f'imports {name}' for name in names if name.split('.')[0] in MODULES]
+        if isinstance(node, (ast.Import, ast.ImportFrom)):
+            names = [node.module or ''] if isinstance(node, ast.ImportFrom) else [
+                alias.name for alias in node.names]
+            found += [f'imports {name}' for name in names if name.split('.')[0] in MODULES]
         if isinstance(node, ast.Call):
             found += filter(None, [why_rejected(path, node)])
     return found
@@ -79,25 +73,19 @@ def test_no_source_file_makes_code_of_data_or_uses_a_shell_or_the_network():
         path, (ROOT / path).read_text(encoding='utf-8')))} == {}
 
 
-def requirements():
-    """Return each Requirement of setup.py, extras too, as it stands there."""
-    found = {}
+def test_every_dependency_has_bounds_and_a_reason():
+    required = {}       # of setup.py, with its extras, as it stands there
     for node in ast.walk(ast.parse(text_of('setup.py'))):
         if isinstance(node, ast.keyword) and node.arg in ('install_requires', 'extras_require'):
             listed = ast.literal_eval(node.value)
-            groups = listed.values() if isinstance(listed, dict) else [listed]
-            for line in (line for group in groups for line in group):
-                found.setdefault(Requirement(line).name, set()).add(line)
-    return found
-
-
-def test_every_dependency_has_bounds_and_a_reason():
+            for line in sum(listed.values(), []) if isinstance(listed, dict) else listed:
+                required.setdefault(Requirement(line).name, set()).add(line)
     rows = [[cell.strip() for cell in line.strip('|').split('|')]
             for line in text_of('SECURITY.md').split('## Dependencies')[1].splitlines()
             if line.startswith('|')][2:]
     table = {name: (versions, why) for name, versions, why in rows}
-    assert table.keys() == requirements().keys()
-    for name, lines in requirements().items():
+    assert table.keys() == required.keys()
+    for name, lines in required.items():
         assert lines == {f'{name}{table[name][0]}'}
         assert re.fullmatch(r'>=[\d.]+,<[\d.]+', table[name][0])
         assert table[name][1]

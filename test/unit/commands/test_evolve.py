@@ -22,9 +22,8 @@ DISPARITIES = 16
 def folder(folder, monkeypatch):
     """Work in a folder with a pair, its truth, and files that are in the way; draw little."""
     monkeypatch.setattr(evolution, 'DOTS', (50, 200))
-    (folder / 'there.png').write_text('the one before')
-    (folder / 'there.mp4').write_text('the one before')
-    (folder / 'folder.png').mkdir()
+    for name in ('there.png', 'there.mp4'):
+        (folder / name).write_text('the one before')
     return folder
 
 
@@ -66,20 +65,17 @@ def test_a_person_reads_a_row_for_each_generation(folder, capsys):
     assert [row[0] for row in rows] == [0, 1, 2, 3, 4]
     assert all(row[1] >= row[2] >= row[3] and 0 <= row[4] <= 100 for row in rows)
     assert all('first parent' in line for line in lines[3:])
-    *others, last = main_lines(capsys, words_for())
+    assert main(words_for()) == 0
+    *others, last = capsys.readouterr().out.splitlines()
     assert len(others) == 4 and last.startswith('nothing evolved: no plane of a plain region')
-
-
-def main_lines(capsys, words):
-    assert main(words) == 0
-    return capsys.readouterr().out.splitlines()
 
 
 def test_picture_and_video_are_written_and_printed_and_replace_others_where_that_is_said(
         folder, capsys):
-    lines = main_lines(capsys, words_for(
-        '--overwrite', profile='quality', generations=1, picture='there.png', video='there.mp4'))
-    assert lines[-2:] == ['there.png: written', 'there.mp4: written']
+    assert main(words_for('--overwrite', profile='quality', generations=1, picture='there.png',
+                          video='there.mp4')) == 0
+    assert capsys.readouterr().out.splitlines()[-2:] == [
+        'there.png: written', 'there.mp4: written']
     assert read_image('there.png').shape[1] > 450
     film = cv2.VideoCapture('there.mp4')
     assert film.get(cv2.CAP_PROP_FRAME_COUNT) == 2 + STAY

@@ -14,6 +14,7 @@ from fuzzy_stereo_ros.pairs.image_files import write_image
 from fuzzy_stereo_ros.synthetic.scenes import make_pair
 import numpy as np
 import pytest
+from written_scenes import write_named
 
 BLACK = 60, 100
 DISPARITIES = 32
@@ -44,21 +45,13 @@ def match_of(left, right, *options, disparities=DISPARITIES):
             '--overwrite', *options]
 
 
-def black():
-    """Write the truth of a black pair and return the words that match it."""
+def test_no_figure_of_nothing_is_printed_and_evolve_rejects_a_truth_of_nothing(told, capsys):
     write_disparity('truth.pfm', np.full(BLACK, 5, np.float32))
-    return match_of(*np.zeros((2, *BLACK), np.uint8), '--ground-truth', 'truth.pfm',
-                    disparities=16)
-
-
-def test_no_figure_of_nothing_is_printed(told):
-    printed = told(*black())
+    words = match_of(*np.zeros((2, *BLACK), np.uint8), '--ground-truth', 'truth.pfm',
+                     disparities=16)
+    printed, mask = told(*words), ('--mask', 'mask.png')
     assert 'none of 6000 pixels with ground truth has a disparity' in printed
     assert 'nan' not in printed
-
-
-def test_match_says_that_no_pixel_has_ground_truth_and_evolve_rejects_it(told, capsys):
-    words, mask = black(), ('--mask', 'mask.png')
     write_image('mask.png', np.zeros(BLACK, np.uint8))
     assert 'no pixel has ground truth' in told(*words, *mask).splitlines()
     assert main(['evolve', *map(str, words[1:5]), *words[-2:], *mask]) != 0
@@ -135,26 +128,24 @@ def test_match_reports_misalignment_as_json_and_in_words(told, reference):
 
 def test_replay_gives_each_cause_as_a_hint_once_and_reports_misalignment(told):
     made_bags = pytest.importorskip('made_bags')
-    made_bags.write_bag(Path('swapped'), pairs=[MADE, SWAPPED, SWAPPED])
-    made_bags.write_bag(Path('shifted'), pairs=[SHIFTED] * 2)
-    options = '--disparities', DISPARITIES, '--output'
-    (hint,) = told('replay', 'swapped', *options, 'one', '--json')['hints']
+    swapped = SHIFTED._replace(left=SHIFTED.right, right=SHIFTED.left)
+    made_bags.write_bag(Path('bag'), pairs=[SHIFTED, SHIFTED, swapped, swapped])
+    words = 'replay', 'bag', '--disparities', DISPARITIES, '--output'
+    found = told(*words, 'one', '--json')
+    (hint,) = found['hints']
     assert hint.startswith('left and right are swapped: ')
-    assert told('replay', 'swapped', *options, 'two').count(f'hint: {hint}') == 1
-    assert_shifted(told('replay', 'shifted', *options, 'three', '--json')['misalignment'])
-    lines = told('replay', 'shifted', *options, 'four').splitlines()
+    assert_shifted(found['misalignment'])
+    lines = told(*words, 'two').splitlines()
+    assert lines.count(f'hint: {hint}') == 1
     assert any(line.startswith('row offset: right image against left, tilt +0.')
                and 'recalibrate' in line for line in lines)
 
 
 def test_evaluate_has_columns_and_a_table(told):
     pytest.importorskip('jinja2')
-    folder = Path('shifted')
-    folder.mkdir()
-    write_image(folder / 'left.png', SHIFTED.left)
-    write_image(folder / 'right.png', SHIFTED.right)
-    write_disparity(folder / 'groundtruth.pfm', MADE.truth)
-    words = 'evaluate', folder, '--disparities', DISPARITIES, '--repeats', 1, '--matcher', 'ours'
+    write_named(Path('shifted'), SHIFTED)
+    words = ('evaluate', 'shifted', '--disparities', DISPARITIES, '--repeats', 1, '--matcher',
+             'ours')
     records = told(*words, 'opencv:bm', '--json')['records']
     ours, theirs = ([one for one in records if one['matcher'] == name and one['kind'] == 'scene']
                     for name in ('ours', 'opencv:bm'))

@@ -11,24 +11,29 @@ from fuzzy_stereo_ros.matching.search_range import search_range
 from fuzzy_stereo_ros.synthetic.scenes import make_pair
 import numpy as np
 import pytest
+from rejected import rejection
 import yaml
 
 LARGEST = 40
+MAKE = 'synthesise', '--frames', 2, '--rows', 120, '--columns', 240, '--output'
 
 
 @pytest.fixture
-def folder(tmp_path, monkeypatch):
+def folder(tmp_path, monkeypatch, capsys):
     """Work in a folder with a synthetic sequence."""
     monkeypatch.chdir(tmp_path)
-    assert main(['synthesise', '--output', 'made', '--frames', '2', '--rows', '120', '--columns',
-                 '240', '--disparities', str(LARGEST)]) == 0
+    printed(capsys, *MAKE, 'made', '--disparities', LARGEST)
     return tmp_path
 
 
+def printed(capsys, *words):
+    """Return what a command prints."""
+    assert main([*map(str, words)]) == 0
+    return capsys.readouterr().out
+
+
 def test_suggested_parameters_are_a_file_for_the_node_whose_range_holds_the_truth(folder, capsys):
-    capsys.readouterr()
-    assert main(['suggest', 'made']) == 0
-    text = capsys.readouterr().out
+    text = printed(capsys, 'suggest', 'made')
     found = yaml.safe_load(text)['/**']['ros__parameters']
     assert set(found) == {'min_disparity', 'disparity_range', 'align_rows', 'profile', 'scale'}
     assert found['min_disparity'] == 0 and LARGEST - 2 <= found['disparity_range'] <= 2 * LARGEST
@@ -39,32 +44,25 @@ def test_suggested_parameters_are_a_file_for_the_node_whose_range_holds_the_trut
 
 @pytest.mark.parametrize('bits', ['8', '12'])
 def test_noise_is_told_where_texture_does_not_hide_it(folder, capsys, bits):
-    assert main(['synthesise', '--output', 'noisy', '--frames', '2', '--rows', '120', '--columns',
-                 '240', '--noise', '4', '--contrast', '0.1', '--bits', bits]) == 0
-    capsys.readouterr()
-    assert main(['suggest', 'noisy']) == 0
+    printed(capsys, *MAKE, 'noisy', '--noise', 4, '--contrast', 0.1, '--bits', bits)
     level, advice = re.search(r'# noise of (.+) grey levels or more(.*)',
-                              capsys.readouterr().out).groups()
+                              printed(capsys, 'suggest', 'noisy')).groups()
     assert 2.5 < float(level) < 4.5 and advice.startswith(': more light')
-    assert main(['suggest', 'made']) == 0
-    assert 'noise' not in capsys.readouterr().out
+    assert 'noise' not in printed(capsys, 'suggest', 'made')
 
 
 def test_an_automatic_range_is_the_suggested_one_and_no_option_is_needed(folder, capsys):
     words = ['match', 'made/left/0000.png', 'made/right/0000.png', '--output', 'a.npy', '--json',
              '--overwrite']
-    counts = []
-    for options in ([], ['--disparities', 'auto']):
-        capsys.readouterr()
-        assert main([*words, *options]) == 0
-        counts.append(json.loads(capsys.readouterr().out)['disparities'])
-    assert counts[0] == 64 and LARGEST - 2 <= counts[1] <= 2 * LARGEST
-    assert main(['replay', 'made', '--output', 'out', '--disparities', 'auto']) == 0
-    assert f'0 to {counts[1] - 1} px at focal length' in capsys.readouterr().out
-    assert main(['replay', 'made', '--output', 'half', '--disparities', 'auto', '--scale',
-                 '0.5']) == 0
-    assert int(re.search('0 to (.*) px at focal', capsys.readouterr().out)[1]) >= LARGEST - 2
-    assert main([*words, '--disparities', 'auto', '--min-disparity', '3']) == 2
+    auto = '--disparities', 'auto'
+    default, found = (json.loads(printed(capsys, *words, *options))['disparities']
+                      for options in ((), auto))
+    assert default == 64 and LARGEST - 2 <= found <= 2 * LARGEST
+    replay = 'replay', 'made', *auto, '--output'
+    assert f'0 to {found - 1} px at focal length' in printed(capsys, *replay, 'out')
+    half = re.search('0 to (.*) px at focal', printed(capsys, *replay, 'half', '--scale', 0.5))
+    assert int(half[1]) >= LARGEST - 2
+    assert main([*words, *auto, '--min-disparity', '3']) == 2
     assert 'leave out --min-disparity' in capsys.readouterr().err
 
 
@@ -91,17 +89,13 @@ def test_verged_cameras_get_a_range_below_0_and_blank_images_the_default():
 
 
 def test_two_images_alone_are_matched_and_what_was_assumed_is_said(folder, capsys):
-    words = ['match', 'made/left/0000.png', 'made/right/0000.png']
-    capsys.readouterr()
-    assert main(words) == 0
-    told = capsys.readouterr().out
+    words = 'match', 'made/left/0000.png', 'made/right/0000.png'
+    told = printed(capsys, *words)
     assert told.startswith('disparity.pfm: 240x120 pixels') and 'disparity.png: the same' in told
     assert 'searched: 0 to 63 px, the default; --disparities auto finds the range' in told
     before = (folder / 'disparity.pfm').read_bytes()
-    assert main(words) == 2
     assert (f"without --output the result is written to {folder / 'disparity.pfm'} and "
             f"{folder / 'disparity.png'}, which there is already; give --overwrite to replace it, "
-            'or --output') in capsys.readouterr().err
-    assert (folder / 'disparity.pfm').read_bytes() == before
-    assert main([*words, '--disparities', '16', '--overwrite']) == 0
+            'or --output') in rejection(capsys, *words)
+    printed(capsys, *words, '--disparities', 16, '--overwrite')
     assert (folder / 'disparity.pfm').read_bytes() != before

@@ -14,8 +14,7 @@ from fuzzy_stereo_ros.pairs.camera_formats import read_cameras
 from fuzzy_stereo_ros.pairs.disparity_files import read_disparity
 from fuzzy_stereo_ros.pairs.image_files import read_image
 from fuzzy_stereo_ros.pairs.messages import read_image as read_message, stamp_of
-from fuzzy_stereo_ros.synthetic.scenes import (
-    BASELINE, FOCAL, make_sequence)
+from fuzzy_stereo_ros.synthetic.scenes import BASELINE, FOCAL, make_sequence
 import numpy as np
 import pytest
 
@@ -41,14 +40,15 @@ def files():
     return sorted(str(path) for path in Path().rglob('*') if path.is_file())
 
 
-def assert_calibrated(calibration):
+def assert_calibrated(*cameras):
+    calibration = read_calibration(*cameras)
     assert calibration.focal == pytest.approx(FOCAL * 70)
     assert calibration.baseline == pytest.approx(BASELINE)
     assert calibration.offset == pytest.approx(-5)
     assert calibration.left == pytest.approx((FOCAL * 70, FOCAL * 70, 34.5, 19.5))
 
 
-def test_the_files_hold_the_scene_that_the_options_make():
+def test_the_files_hold_the_scene_that_the_options_make_and_what_is_told_to_do_next_works(capsys):
     assert synthesised(*SEQUENCE) == 0
     assert files() == sorted([
         *(f'scene/{name}/{number:04}.{suffix}' for number in range(3)
@@ -56,19 +56,20 @@ def test_the_files_hold_the_scene_that_the_options_make():
                                ('truth', 'pfm'))),
         'scene/calib.txt', 'scene/left.yaml', 'scene/right.yaml'])
     for number, pair in enumerate(make_sequence(**MADE)):
-        assert np.array_equal(read_image(f'scene/left/{number:04}.png'), pair.left)
-        assert np.array_equal(read_image(f'scene/right/{number:04}.png'), pair.right)
+        for name, image in (('left', pair.left), ('right', pair.right),
+                            ('visible', np.where(pair.visible, 255, 0))):
+            assert np.array_equal(read_image(f'scene/{name}/{number:04}.png'), image)
         assert np.array_equal(read_disparity(f'scene/truth/{number:04}.pfm'), pair.truth)
-        assert np.array_equal(read_image(f'scene/visible/{number:04}.png'),
-                              np.where(pair.visible, 255, 0))
-
-
-def test_calib_txt_and_both_yaml_files_are_of_the_cameras_of_the_scene():
-    assert synthesised(*SEQUENCE) == 0
     for names in (['calib.txt'], ['left.yaml', 'right.yaml']):
         cameras = read_cameras([Path('scene', name) for name in names])
-        assert_calibrated(read_calibration(*cameras))
+        assert_calibrated(*cameras)
         assert expected_size(cameras[1]) == (40, 70)
+    printed = capsys.readouterr().out.splitlines()
+    assert printed[0] == 'scene: 3 pairs of 70x40 pixels, 16 disparities from 2 px'
+    words = shlex.split(printed[1].removeprefix('match the first: fuzzy-stereo '))
+    assert main([*words, '--json']) == 0
+    truth = json.loads(capsys.readouterr().out)['ground_truth']
+    assert truth['pixels'] == np.count_nonzero(next(make_sequence(**MADE)).visible)
 
 
 @pytest.mark.parametrize('words, options', [
@@ -85,8 +86,8 @@ def test_a_bag_holds_the_same_scene_with_equal_stamps_at_the_rate(words, options
             message = reader.deserialize(content, connection.msgtype)
             assert stamp_of(message.header) == stamp
             heard.setdefault(connection.topic, {})[stamp] = message
-    assert sorted(heard) == ['/left/camera_info', '/left/image_rect', '/right/camera_info',
-                             '/right/image_rect']
+    assert sorted(heard) == [f'/{side}/{name}' for side in ('left', 'right')
+                             for name in ('camera_info', 'image_rect')]
     stamps = sorted(heard['/left/image_rect'])
     assert all(sorted(messages) == stamps for messages in heard.values())
     assert np.diff(stamps).tolist() == [125_000_000] * 2
@@ -94,21 +95,10 @@ def test_a_bag_holds_the_same_scene_with_equal_stamps_at_the_rate(words, options
         for side, image in (('left', pair.left), ('right', pair.right)):
             read = read_message(heard[f'/{side}/image_rect'][stamp])
             assert read.dtype == image.dtype and np.array_equal(read, image)
-        assert_calibrated(read_calibration(heard['/left/camera_info'][stamp],
-                                           heard['/right/camera_info'][stamp]))
+        assert_calibrated(*(heard[f'/{side}/camera_info'][stamp] for side in ('left', 'right')))
 
 
-def test_what_to_do_next_works_as_it_is_printed(capsys):
-    assert synthesised(*SEQUENCE) == 0
-    printed = capsys.readouterr().out.splitlines()
-    assert printed[0] == 'scene: 3 pairs of 70x40 pixels, 16 disparities from 2 px'
-    words = shlex.split(printed[1].removeprefix('match the first: fuzzy-stereo '))
-    assert main([*words, '--json']) == 0
-    truth = json.loads(capsys.readouterr().out)['ground_truth']
-    assert truth['pixels'] == np.count_nonzero(next(make_sequence(**MADE)).visible)
-
-
-def test_only_overwrite_replaces_a_folder_and_removes_all_old_files(capsys):
+def test_only_overwrite_replaces_a_sequence_with_all_old_files_and_nothing_else(capsys):
     pytest.importorskip('rosbags')
     assert synthesised(*SEQUENCE) == 0
     before = Path('scene/left/0000.png').read_bytes()
@@ -122,6 +112,11 @@ def test_only_overwrite_replaces_a_folder_and_removes_all_old_files(capsys):
     assert files() == ['scene/metadata.yaml', 'scene/scene_0.mcap']
     assert synthesised(*SMALL, '--frames', '1', '--overwrite') == 0
     assert 'scene/metadata.yaml' not in files()
+    Path('scene/mine.txt').touch()
+    before = files()
+    assert synthesised(*SMALL, '--overwrite') == 2
+    assert 'which holds other files than a synthetic sequence' in capsys.readouterr().err
+    assert files() == before
 
 
 def test_what_is_replaced_is_kept_until_the_new_folder_has_its_name(monkeypatch, capsys):
@@ -140,14 +135,6 @@ def test_what_is_replaced_is_kept_until_the_new_folder_has_its_name(monkeypatch,
     assert synthesised(*SMALL, '--frames', '1', '--overwrite') == 2
     assert 'scene cannot be written: Input/output error' in capsys.readouterr().err
     assert files() == before
-
-
-def test_a_folder_of_something_else_is_never_replaced(capsys):
-    os.makedirs('scene/left')
-    Path('scene/left/mine.png').touch()
-    assert synthesised(*SMALL, '--overwrite') == 2
-    assert 'which holds other files than a synthetic sequence' in capsys.readouterr().err
-    assert files() == ['scene/left/mine.png']
 
 
 @pytest.mark.parametrize('error, code, words', [

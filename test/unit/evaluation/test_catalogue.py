@@ -1,7 +1,8 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Scenes are recognised by what their folders hold, and read as their data sets mean them."""
-from types import SimpleNamespace
+from itertools import product
+from pathlib import Path
 
 from fuzzy_stereo_ros.evaluation.catalogue import search
 from fuzzy_stereo_ros.evaluation.ground_truth import (
@@ -12,158 +13,86 @@ import numpy as np
 import pytest
 from written_scenes import (
     frames, grey_truth, in_kitti_steps, pair, write_2014, write_frames, write_images,
-    write_kitti, write_masks, write_named, write_v2)
+    write_kitti, write_named, write_v2)
 
-GREY_SIDES, COLOUR_SIDES = ('image_0', 'image_1'), ('colored_0', 'colored_1')
-TRUTHS_2012 = 'disp_occ', 'disp_noc'
-
-
-def expected(truth, masks, family=MIDDLEBURY, disparities=None, source='', **more):
-    return SimpleNamespace(truth=truth, masks=masks, family=family, disparities=disparities,
-                           source=source, **{'name': 'scene', 'scale': None, **more})
-
-
-def v2_with_masks(folder):
-    made = pair()
-    truth = write_v2(folder / 'venus', made, 8)
-    return expected(truth, write_masks(folder / 'venus', made), name='venus', scale=8)
-
-
-def v2_without_masks(folder):
-    truth = write_v2(folder / 'poster', pair(), 8, '.ppm')
-    right = grey_truth(warped_to_right(truth), 8)[1]
-    return expected(truth, {'nonocc': agreeing(truth, right), 'all': np.isfinite(truth)},
-                    name='poster', scale=8)
+# Where files are, {} stands for a name; the names of both images, of the truth, and of that of
+# the right image or, of KITTI, of what both cameras see.
+LAYOUTS = [
+    ('venus/{}', 'im2 im6 disp2 disp6'), ('Moebius/{}', 'view1 view5 disp1 disp5'),
+    ('scene/{}', 'im0 im1 disp0GT disp1'), ('scene/{}', 'im0 im1 disp0 disp1'),
+    ('training/{}/000000_10', 'image_2 image_3 disp_occ_0 disp_noc_0'),
+    ('training/{}/000000_10', 'image_0 image_1 disp_occ disp_noc'),
+    ('training/{}/000000_10', 'colored_0 colored_1 disp_occ disp_noc'),
+    ('scene/{}', 'left right groundtruth'), ('scene/{}', 'left right disp_occ_0 disp_noc_0'),
+    ('scene/{}_07', 'left right groundtruth'), ('scene/{}/0007', 'left right truth')]
+FORMS = 'grey', '.png', '.pfm', '.npy', '.npz'
+NONOCC = 'nonocc', 'nonocc_derived', 'visible', 'mask0nocc'
 
 
-def sets_of_2006(folder):
-    made = pair()
-    write_images(folder / 'Moebius', made, 'view1.png', 'view5.png')
-    levels, truth = grey_truth(made.truth, 3)
-    write_image(folder / 'Moebius' / 'disp1.png', levels)
-    return expected(truth, {'nonocc': seen_by_both(truth), 'all': np.isfinite(truth)},
-                    name='Moebius', scale=3)
+def write_truth(path, truth, form, scale):
+    """Write a truth in one of FORMS; return it as it is read."""
+    if form == 'grey':
+        levels, truth = grey_truth(truth, scale)
+        write_image(f'{path}.png', np.dstack([levels] * 3) if scale % 2 else levels)
+    elif form == '.npz':
+        np.savez(f'{path}.npz', truth)
+    else:
+        write_disparity(f'{path}{form}', truth)
+    return in_kitti_steps(truth) if form == '.png' else truth
 
 
-def of_2014_with_a_mask(folder):
-    made = pair()
-    write_2014(folder / 'scene', made, ndisp=29)
-    write_image(folder / 'scene' / 'mask0nocc.png',
-                np.where(made.visible, 255, 128).astype(np.uint8))
-    return expected(made.truth, {'nonocc': made.visible, 'all': np.isfinite(made.truth)},
-                    disparities=29, source='calib.txt')
-
-
-def of_2014_without_a_mask(folder):
-    made = pair()
-    write_2014(folder / 'scene', made, 'disp0.pfm')
-    return expected(made.truth, {'nonocc': seen_by_both(made.truth),
-                                 'all': np.isfinite(made.truth)})
-
-
-def of_2014_with_the_truth_of_the_right_image(folder):
-    made = pair()
-    write_2014(folder / 'scene', made, 'disp0.pfm')
-    right = warped_to_right(made.truth)
-    right[:, 40:] = np.nan
-    write_disparity(folder / 'scene' / 'disp1.pfm', right)
-    return expected(made.truth, {'nonocc': agreeing(made.truth, right),
-                                 'all': np.isfinite(made.truth)})
-
-
-def kitti(folder, sides, truths):
-    made = pair()
-    write_kitti(folder / 'training', made, '000000_10.png', sides, truths)
-    truth = in_kitti_steps(made.truth)
-    masks = {'nonocc': made.visible, 'all': np.isfinite(truth)}
-    return truth, {name: masks[name] for name in ('nonocc', 'all')[-len(truths):]}
-
-
-def kitti_2015(folder):
-    return expected(*kitti(folder, ('image_2', 'image_3'), ('disp_occ_0', 'disp_noc_0')), KITTI,
-                    name='000000_10')
-
-
-def kitti_2012(folder):
-    return expected(*kitti(folder, GREY_SIDES, TRUTHS_2012), KITTI, name='000000_10')
-
-
-def kitti_2012_in_colour(folder):
-    return expected(*kitti(folder, COLOUR_SIDES, TRUTHS_2012[:1]), KITTI, name='000000_10')
-
-
-def kitti_without_hidden_pixels(folder):
-    truth, _ = kitti(folder, GREY_SIDES, TRUTHS_2012)
-    for file in (folder / 'training' / 'disp_occ').iterdir():
-        file.unlink()
-    seen = pair().visible
-    return expected(np.where(seen, truth, np.nan), {'nonocc': seen}, KITTI, name='000000_10')
-
-
-def named_with_a_scale(folder):
-    made = pair()
-    write_images(folder / 'scene', made, 'left.png', 'right.png')
-    levels, truth = grey_truth(made.truth, 16)
-    write_image(folder / 'scene' / 'groundtruth.png', np.dstack([levels] * 3))
-    (folder / 'scene' / 'info.txt').write_text('16\n15')
-    write_image(folder / 'scene' / 'nonocc_derived.png', made.visible * np.uint8(255))
-    return expected(truth, {'nonocc': made.visible, 'all': np.isfinite(truth)}, disparities=16,
-                    source='info.txt')
-
-
-def named_in_pixels(folder):
-    made = pair()
-    write_images(folder / 'scene', made, 'left.png', 'right.png')
-    np.savez(folder / 'scene' / 'groundtruth.npz', made.truth)
-    return expected(made.truth, {'nonocc': seen_by_both(made.truth),
-                                 'all': np.isfinite(made.truth)})
-
-
-def named_like_kitti(folder):
-    made = pair()
-    write_named(folder / 'scene', made, 'disp_occ_0.png')
-    truth = in_kitti_steps(made.truth)
-    return expected(truth, {'all': np.isfinite(truth)}, KITTI)
-
-
-def one_numbered_frame(folder):
-    made = pair()
-    write_frames(folder / 'scene', [made], known=[7])
-    return expected(made.truth, {'nonocc': seen_by_both(made.truth),
-                                 'all': np.isfinite(made.truth)}, name='07')
-
-
-def made_frame(folder):
-    made = pair()
-    write_frames(folder / 'scene', [made], [7], True, 'truth.pfm', 'visible.png')
-    (folder / 'scene' / 'calib.txt').write_text('doffs=0\nndisp=33\nvmin=2\n')
-    return expected(made.truth, {'nonocc': made.visible, 'all': np.isfinite(made.truth)},
-                    disparities=33, source='calib.txt', name='0007')
-
-
-CASES = [
-    v2_with_masks, v2_without_masks, sets_of_2006,
-    of_2014_with_a_mask, of_2014_without_a_mask, of_2014_with_the_truth_of_the_right_image,
-    kitti_2015, kitti_2012, kitti_2012_in_colour, kitti_without_hidden_pixels,
-    named_with_a_scale, named_in_pixels, named_like_kitti,
-    one_numbered_frame, made_frame]
-
-
-@pytest.mark.parametrize('write', CASES)
-def test_a_scene_is_recognised_and_read_as_its_data_set_means_it(write, tmp_path):
+@pytest.mark.parametrize('masked, second, told', product([False, True], repeat=3))
+@pytest.mark.parametrize('place, names', LAYOUTS)
+def test_a_scene_is_recognised_and_read_as_its_data_set_means_it(
+        tmp_path, place, names, masked, second, told):
     """Also beside the companions of its files that macOS writes on other disks."""
-    wanted = write(tmp_path)
-    for path in [*tmp_path.rglob('*.*')]:
-        path.with_name(f'._{path.name}').write_bytes(b'\0\5\x16\7')
-    found = search([tmp_path], wanted.scale)
+    def path(kind):
+        found = tmp_path / place.format(kind)
+        found.parent.mkdir(parents=True, exist_ok=True)
+        return found
+
+    random, made = np.random.default_rng([masked, second, told, *names.encode()]), pair()
+    left, right, whole, *others = names.split()
+    kitti, suffix = 'disp_occ' in whole, random.choice(['.png', '.ppm'])
+    scale, form = int(random.integers(3, 17)), '.png' if kitti else random.choice(FORMS)
+    for name, image in ((left, made.left), (right, made.right)):
+        write_image(f'{path(name)}{suffix}', image)
+    truth, masks = made.truth, {}
+    if kitti and second:
+        visible = np.where(made.visible, truth, np.nan)
+        truth = write_truth(path(others[0]), visible, form, scale)
+        masks['nonocc'] = made.visible
+    if not (kitti and second and masked):       # else there is only what both cameras see
+        truth = write_truth(path(whole), made.truth, form, scale)
+        masks['all'] = np.isfinite(truth)
+    if not kitti and masked:
+        some = made.visible & (np.arange(truth.shape[1]) % 7 < 3)
+        masks = {'nonocc': made.visible, 'all': made.visible | some, 'disc': some}
+        for name, mask in zip((random.choice(NONOCC), 'all', 'disc'), masks.values()):
+            write_image(f'{path(name)}.png', np.where(mask, 255, 128).astype(np.uint8))
+    elif not kitti and second and others:
+        of_right = warped_to_right(truth)
+        of_right[:, 40:] = np.nan
+        masks['nonocc'] = agreeing(truth, write_truth(path(others[0]), of_right, form, scale))
+    elif not kitti:
+        masks['nonocc'] = seen_by_both(truth)
+    explained = told and form == 'grey' and place.endswith('/{}')
+    wanted = (16, 'info.txt') if explained else (29, 'calib.txt') if told else (None, '')
+    if told:
+        (tmp_path / place.split('/')[0] / wanted[1]).write_text(
+            f'{scale} 15' if explained else 'doffs=0\nndisp=29\nvmin=2\n')
+    for file in [*tmp_path.rglob('*.*')]:
+        file.with_name(f'._{file.name}').write_bytes(b'\0\5\x16\7')
+    found = search([tmp_path], scale if form == 'grey' and not explained else None)
     (scene,) = found.scenes
     assert not found.sequences and not found.skipped
-    assert (scene.name, scene.family) == (wanted.name, wanted.family)
-    assert (scene.disparities, scene.source) == (wanted.disparities, wanted.source)
+    assert scene.name == (Path(place).name.strip('{}_') or Path(place).parent.name)
+    assert scene.family == (KITTI if kitti else MIDDLEBURY)
+    assert (scene.disparities, scene.source) == wanted
     known = scene.read()
-    np.testing.assert_array_equal(known.truth, wanted.truth)
-    assert list(known.masks) == list(wanted.masks)
-    for name, mask in wanted.masks.items():
+    np.testing.assert_array_equal(known.truth, truth)
+    assert list(known.masks) == [name for name in ('nonocc', 'all', 'disc') if name in masks]
+    for name, mask in masks.items():
         np.testing.assert_array_equal(known.masks[name], mask, err_msg=name)
     assert known.left.shape[:2] == known.right.shape[:2] == known.truth.shape
 
@@ -190,11 +119,9 @@ def test_a_truth_of_8_bits_that_nothing_explains_takes_the_scale_that_is_given(t
 
 def test_all_files_of_kitti_are_found_and_the_frames_before_make_a_sequence(tmp_path):
     several = frames(3)
-    sides, truths = ('image_2', 'image_3'), ('disp_occ_0', 'disp_noc_0')
     for number, made in zip((8, 9, 10, 11), [*several, several[0]]):
-        write_kitti(tmp_path, made, f'000003_{number:02}.png', sides,
-                    truths if number == 10 else ())
-    write_kitti(tmp_path, pair(), '000001_10.png', sides, truths)
+        write_kitti(tmp_path, made, f'000003_{number:02}.png', known=number == 10)
+    write_kitti(tmp_path, pair(), '000001_10.png')
     found = search([tmp_path])
     assert [scene.name for scene in found.scenes] == ['000001_10', '000003_10']
     (sequence,) = found.sequences
@@ -218,6 +145,9 @@ def test_numbered_frames_are_a_sequence_and_those_with_a_truth_are_scenes(tmp_pa
         np.testing.assert_array_equal(known.left, made.left)
         np.testing.assert_array_equal(known.right, made.right)
     np.testing.assert_array_equal(known.truth, several[-1].truth)
+    files.right.unlink()
+    with pytest.raises(ValueError, match=f'{files.right} is missing; {files.left} has no right'):
+        search([tmp_path])
 
 
 def test_frames_are_ordered_by_number_and_not_by_letter(tmp_path):
@@ -258,53 +188,30 @@ def test_a_scene_without_a_truth_is_skipped_and_said_where_others_have_one(tmp_p
         search([tmp_path / 'b'])
 
 
-def without(*names):
-    def spoil(folder):
-        write_2014(folder, pair(), ndisp=16)
-        for name in names:
-            (folder / name).unlink()
-    return spoil
+SMALL = np.zeros((5, 6), np.uint8)
 
 
-def frame_without_a_right_image(folder):
-    write_frames(folder, frames(3))
-    (folder / 'right_08.png').unlink()
-
-
-def mask_of_another_size(folder):
-    write_2014(folder, pair())
-    write_image(folder / 'mask0nocc.png', np.zeros((5, 6), np.uint8))
-
-
-def truth_of_another_size(folder):
-    write_2014(folder, pair())
-    write_disparity(folder / 'disp0GT.pfm', np.zeros((5, 6)))
-
-
-def damaged(folder):
-    write_2014(folder, pair())
-    (folder / 'disp0GT.pfm').write_bytes(b'no such thing')
-
-
-@pytest.mark.parametrize(('spoil', 'reason'), [
-    (lambda folder: None, 'there is no scene below .*; known layouts are Middlebury v2'),
-    (without('im1.png'), 'im1.png is missing; .*im0.png has no right image'),
-    (without('disp0GT.pfm'), 'no ground truth: there is no disp0GT'),
-    (frame_without_a_right_image, 'right_08.png is missing; .*left_08.png has no right image'),
-    (mask_of_another_size, 'mask0nocc.png is 6x5, the images are 72x40'),
-    (truth_of_another_size, 'disp0GT.pfm is 6x5, the images are 72x40'),
-    (damaged, 'disp0GT.pfm is not a PFM file'),
-])
-def test_an_incomplete_scene_is_rejected_with_the_name_of_its_file(spoil, reason, tmp_path):
+@pytest.mark.parametrize('spoil, reason', [
+    (lambda folder: (folder / 'im1.png').unlink(),
+     'im1.png is missing; .*im0.png has no right image'),
+    (lambda folder: write_image(folder / 'mask0nocc.png', SMALL),
+     'mask0nocc.png is 6x5, the images are 72x40'),
+    (lambda folder: write_disparity(folder / 'disp0GT.pfm', SMALL.astype(np.float32)),
+     'disp0GT.pfm is 6x5, the images are 72x40'),
+    (lambda folder: (folder / 'disp0GT.pfm').write_bytes(b'no such thing'),
+     'disp0GT.pfm is not a PFM file')])
+def test_a_spoiled_scene_is_rejected_with_the_name_of_its_file(spoil, reason, tmp_path):
+    write_2014(tmp_path, pair(), ndisp=16)
     spoil(tmp_path)
     with pytest.raises(ValueError, match=reason):
-        for scene in search([tmp_path]).scenes:
-            scene.read()
+        search([tmp_path]).scenes[0].read()
 
 
-def test_a_missing_folder_and_a_word_that_no_name_has_are_rejected(tmp_path):
+def test_a_missing_or_empty_folder_and_a_word_that_no_name_has_are_rejected(tmp_path):
     with pytest.raises(ValueError, match='there is no folder .*nowhere'):
         search([tmp_path / 'nowhere'])
+    with pytest.raises(ValueError, match='there is no scene below .*; known layouts are Middleb'):
+        search([tmp_path])
     write_named(tmp_path / 'a', pair())
     with pytest.raises(ValueError, match="--only is 'b', which no scene .*; there are a"):
         search([tmp_path], only='b')

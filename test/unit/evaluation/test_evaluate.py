@@ -1,9 +1,7 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """`evaluate` prints the figures that scoring by hand gives, for every kind of matcher."""
-from contextlib import redirect_stderr, redirect_stdout
 import csv
-import io
 import json
 
 from bench.scoring import DEFAULT
@@ -13,8 +11,7 @@ from fuzzy_stereo_ros.evaluation import matchers as matchers_module
 from fuzzy_stereo_ros.evaluation.baselines import dense, TUNED
 from fuzzy_stereo_ros.evaluation.catalogue import search
 from fuzzy_stereo_ros.evaluation.ground_truth import KITTI, MIDDLEBURY
-from fuzzy_stereo_ros.evaluation.matchers import (
-    in_eight_bits_alike)
+from fuzzy_stereo_ros.evaluation.matchers import in_eight_bits_alike
 from fuzzy_stereo_ros.evaluation.measuring import (
     COLUMNS, disparities_of, SEEN, TRUTHS_LARGEST)
 from fuzzy_stereo_ros.evaluation.scores import flicker, score, THRESHOLDS
@@ -29,7 +26,6 @@ from written_scenes import (
     write_kitti, write_masks, write_named, write_v2)
 
 AS_IT_COMES, FILLED = 'as it comes', 'filled'
-KITTI_2015 = ('image_2', 'image_3'), ('disp_occ_0', 'disp_noc_0')
 
 
 def evaluated(capsys, *words):
@@ -154,7 +150,7 @@ def test_means_are_over_the_scenes_of_a_family_that_have_the_mask(tmp_path, caps
     for name, made in pairs.items():
         write_named(tmp_path / name, made)
     write_masks(tmp_path / 'b', pairs['b'], ['disc'])
-    write_kitti(tmp_path, pairs['a'], '000000_10.png', *KITTI_2015)
+    write_kitti(tmp_path, pairs['a'], '000000_10.png')
     told = evaluated(capsys, tmp_path / 'a', tmp_path / 'b', tmp_path / 'c', tmp_path,
                      '--matcher', 'opencv:bm', '--disparities', DISPARITIES)
     found = {name: of_opencv(made, 'BM default')[0] for name, made in pairs.items()}
@@ -185,10 +181,9 @@ def test_the_settings_say_what_the_figures_depend_on(tmp_path, capsys):
 
 # Sequences.
 
-@pytest.mark.parametrize('in_folders', [False, True])
-def test_a_sequence_is_matched_warm_and_cold_with_its_flicker(tmp_path, capsys, in_folders):
+def test_a_sequence_is_matched_warm_and_cold_with_its_flicker(tmp_path, capsys):
     several = frames(4)
-    write_frames(tmp_path / 'drive', several, known=[8, 10], in_folders=in_folders)
+    write_frames(tmp_path / 'drive', several, known=[8, 10])
     told = evaluated(capsys, tmp_path, '--matcher', 'ours', '--disparities', DISPARITIES,
                      '--repeats', '2')
     records = [record for record in told['records'] if record['kind'] == 'sequence']
@@ -253,80 +248,55 @@ def test_results_of_another_program_are_found_by_the_name_of_the_scene(
     assert all(record['milliseconds'] is None for record in records)
 
 
-def test_a_scene_without_a_result_is_said_and_the_program_has_no_means(tmp_path, capsys):
-    for seed, name in enumerate('ab'):
-        write_named(tmp_path / 'data' / name, pair(seed))
-    (tmp_path / 'other').mkdir()
-    write_disparity(tmp_path / 'other' / 'a.pfm', pair(0).truth)
-    told = evaluated(capsys, tmp_path / 'data', '--matcher', 'opencv:bm', '--results',
-                     f'mine={tmp_path / "other"}')
-    assert told['left_out'] == [f'{tmp_path / "other"} has no result of b: no means of mine there']
-    assert {(record['kind'], record['matcher']) for record in told['records']} == {
-        ('scene', 'opencv:bm'), ('scene', 'mine'), ('mean', 'opencv:bm')}
-
-
-def test_a_result_is_not_taken_for_two_scenes_whose_names_end_alike(tmp_path, capsys):
+def test_a_scene_without_a_result_is_said_has_no_means_and_takes_that_of_no_other(
+        tmp_path, capsys):
+    """Though its name ends like that of another scene."""
     for seed, name in enumerate(('half/a', 'third/a')):
         write_named(tmp_path / 'data' / name, pair(seed))
     (tmp_path / 'other' / 'third').mkdir(parents=True)
     write_disparity(tmp_path / 'other' / 'third' / 'a.pfm', pair(1).truth)
     write_disparity(tmp_path / 'other' / 'a.pfm', pair(0).truth + 5)
-    told = evaluated(capsys, tmp_path / 'data', '--matcher', '--results', tmp_path / 'other')
+    told = evaluated(capsys, tmp_path / 'data', '--matcher', 'opencv:bm', '--results',
+                     f'mine={tmp_path / "other"}')
+    (sentence,) = told['left_out']
+    assert sentence == f'{tmp_path / "other"} has no result of half/a: no means of mine there'
+    assert {(record['kind'], record['matcher']) for record in told['records']} == {
+        ('scene', 'opencv:bm'), ('scene', 'mine'), ('mean', 'opencv:bm')}
     assert {(record['name'], record['average_error']) for record in told['records']
-            if record['map'] == AS_IT_COMES} == {('third/a', 0)}
+            if (record['matcher'], record['map']) == ('mine', AS_IT_COMES)} == {('third/a', 0)}
 
 
 # What is written.
 
-@pytest.fixture(scope='module')
-def written(tmp_path_factory):
-    """Evaluate two scenes and a sequence into every kind of file; return these and outputs."""
-    folder = tmp_path_factory.mktemp('written')
-    write_named(folder / 'data' / 'a', pair(1))
-    write_named(folder / 'data' / 'b', pair(2))
-    write_frames(folder / 'data' / 'drive', frames(2), known=[8])
-    files = {name: folder / f'out.{end}' for name, end in (
-        ('csv', 'csv'), ('json', 'json'), ('html', 'html'))}
-    with redirect_stdout(io.StringIO()) as printed, redirect_stderr(io.StringIO()) as said:
-        assert main(['evaluate', str(folder / 'data'), '--matcher', 'ours', 'opencv:bm', *(
-            word for name, path in files.items() for word in (f'--{name}', str(path)))]) == 0
-    return files, printed.getvalue(), said.getvalue()
-
-
-def test_the_tables_are_printed(written):
-    _, printed, said = written
+def test_tables_csv_and_json_hold_the_same_figures(tmp_path, capsys):
+    for seed, name in enumerate('ab', 1):
+        write_named(tmp_path / 'data' / name, pair(seed))
+    write_frames(tmp_path / 'data' / 'drive', frames(2), known=[8])
+    files = {end: tmp_path / f'out.{end}' for end in ('csv', 'json')}
+    assert main(['evaluate', str(tmp_path / 'data'), '--matcher', 'ours', 'opencv:bm', *(
+        word for end, path in files.items() for word in (f'--{end}', str(path)))]) == 0
+    printed, said = capsys.readouterr()
     for title in ('Middlebury, nonocc (pixels that both cameras see): mean of 3 scenes', 'Time',
                   'Middlebury, scenes: bad-1, dense, percent', 'Sequences'):
         assert f'### {title}\n' in printed
     assert 'scenes: 2 of 3 b\n' in said
-
-
-def test_the_tables_hold_the_figures_of_the_records(written):
-    files, printed, _ = written
     records = json.loads(files['json'].read_text())['records']
+    rows = [*csv.DictReader(files['csv'].read_text().splitlines())]
+    assert tuple(rows[0]) == COLUMNS and len(rows) == len(records) > 20
+    for row, record in zip(rows, records):
+        assert row == {name: '' if record.get(name) is None else str(record[name])
+                       for name in COLUMNS} and set(record) <= set(COLUMNS)
     section = printed.split('mean of 3 scenes')[1].split('###')[0]
-    rows = [[cell.strip() for cell in line.strip('|').split('|')]
-            for line in section.splitlines() if line.startswith('|')]
+    table = [[cell.strip() for cell in line.strip('|').split('|')]
+             for line in section.splitlines() if line.startswith('|')]
     for name, way, kind, start in (('ours', AS_IT_COMES, 'sparse', 'cold'),
                                    ('opencv:bm', FILLED, 'dense', '')):
-        (row,) = [row for row in rows if row[:2] == [name, kind]]
+        (row,) = [row for row in table if row[:2] == [name, kind]]
         record = the_record(records, kind='mean', matcher=name, mask='nonocc', map=way,
                             start=start)
         assert row[2:] == [f'{record[figure]:.2f}' for figure in (
             'density', *(f'bad_{kind}_{limit:g}' for limit in THRESHOLDS), f'd1_{kind}',
             'average_error', 'rms_error')]
-
-
-def test_csv_and_json_hold_the_same_records(written):
-    files, *_ = written
-    records = json.loads(files['json'].read_text())['records']
-    rows = list(csv.DictReader(io.StringIO(files['csv'].read_text())))
-    assert tuple(rows[0]) == COLUMNS
-    assert len(rows) == len(records) > 20
-    for row, record in zip(rows, records):
-        assert set(record) <= set(COLUMNS)
-        assert row == {name: '' if record.get(name) is None else str(record[name])
-                       for name in COLUMNS}
 
 
 # Bad input.

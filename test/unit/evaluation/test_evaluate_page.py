@@ -32,7 +32,7 @@ class Page(HTMLParser):
     def __init__(self, text):
         super().__init__()
         self.open, self.headings, self.images, self.links = [], [], [], []
-        self.words, self.cells = '', []
+        self.text, self.words, self.cells = text, '', []
         self.feed(text)
 
     def handle_starttag(self, tag, attributes):
@@ -71,7 +71,7 @@ def picture_of(uri):
 
 @pytest.fixture(scope='module')
 def evaluation(tmp_path_factory):
-    """Evaluate three scenes into a page; return its text and the records."""
+    """Evaluate three scenes into a page; return it and the records."""
     folder = tmp_path_factory.mktemp('page')
     (folder / 'mine').mkdir()
     for seed, name in enumerate(('a<b> & "c"', 'plain', 'third')):
@@ -81,68 +81,51 @@ def evaluation(tmp_path_factory):
     assert main(['evaluate', str(folder / 'data'), '--matcher', *MATCHERS[:2], '--results',
                  str(folder / 'mine'), '--html', str(folder / 'page.html'), '--json',
                  str(folder / 'page.json')]) == 0
-    return ((folder / 'page.html').read_text(encoding='utf-8'),
+    return (Page((folder / 'page.html').read_text(encoding='utf-8')),
             json.loads((folder / 'page.json').read_text())['records'])
 
 
 def test_the_page_is_well_formed_and_points_nowhere(evaluation):
-    text, _ = evaluation
-    found = Page(text)
+    found, _ = evaluation
     assert found.open == []
     assert len(found.links) == len(found.images)
     assert all(link.startswith('data:image/webp;base64,') for link in found.links)
-    assert '<script' not in text and '@import' not in text and 'url(' not in text
-    assert '://' not in text
+    assert not any(word in found.text for word in ('<script', '@import', 'url(', '://'))
 
 
-def test_scenes_stand_above_the_figures_from_the_best_to_the_worst(evaluation):
-    text, records = evaluation
-    errors = {record['name']: record['bad_dense_1'] for record in records
-              if record['kind'] == 'scene' and record['matcher'] == 'ours'
-              and record['mask'] == 'nonocc' and record['map'] == 'filled'}
+def test_scenes_stand_above_the_figures_from_the_best_to_the_worst_with_their_figures(evaluation):
+    found, records = evaluation
+    shown = [record for record in records if (record['kind'], record['mask'], record['map'])
+             == ('scene', 'nonocc', 'filled')]
+    errors = {record['name']: record['bad_dense_1'] for record in shown
+              if record['matcher'] == 'ours'}
     assert len(set(errors.values())) == 3
-    headings = [heading.split(' left, right')[0] for heading in Page(text).headings]
+    headings = [heading.split(' left, right')[0] for heading in found.headings]
     assert headings[1:6] == ['Pairs', *sorted(errors, key=errors.get), 'Figures']
+    assert all(f"bad-1: {record['bad_dense_1']:.2f} % dense" in found.words for record in shown)
+    (mean,) = (record for record in records if record['matcher'] == 'opencv:bm' and (
+        record['kind'], record['mask'], record['map']) == ('mean', 'nonocc', 'as it comes'))
+    assert {f"{mean['bad_sparse_1']:.2f}", 'bad-0.5 [%]'} < set(found.cells)
+    assert '<em>sparse</em>' in found.text
 
 
-def test_each_scene_has_image_truth_and_two_pictures_of_each_matcher(evaluation):
-    text, _ = evaluation
-    images = Page(text).images
-    assert [image['alt'] for image in images] == 3 * [
+def test_the_pictures_show_image_truth_and_the_disparity_and_error_of_each_matcher(evaluation):
+    found, _ = evaluation
+    assert [image['alt'] for image in found.images] == 3 * [
         'left image', 'truth', *(word for name in MATCHERS
                                  for word in (f'disparity by {name}', f'error of {name}'))]
-    assert all(picture_of(image['src']).shape == (ROWS, COLUMNS, 3) for image in images)
-
-
-def test_the_pictures_show_image_truth_disparity_and_error(evaluation):
-    text, _ = evaluation
-    scene = [image for image in Page(text).images if 'plain' in image['under']]
+    assert all(picture_of(image['src']).shape == (ROWS, COLUMNS, 3) for image in found.images)
     made = pair(1)
-    low, high = np.nanmin(made.truth), np.nanmax(made.truth)
-    left, truth = (picture_of(image['src']) for image in scene[:2])
+    low, high, invalid = np.nanmin(made.truth), np.nanmax(made.truth), np.isnan(made.truth)
+    left, truth, *_, error = (picture_of(image['src']) for image in found.images
+                              if 'plain' in image['under'])
     np.testing.assert_array_equal(left, made.left)
     away = abs(truth.astype(int) - colour_disparity(made.truth, low, high))
-    assert away[np.isfinite(made.truth)].mean() < 4
-    invalid = np.isnan(made.truth)
+    assert away[~invalid].mean() < 4
     np.testing.assert_array_equal(truth[invalid], hatched(*invalid.shape)[invalid])
-    error = picture_of(next(image['src'] for image in scene if image['alt'] == 'error of mine'))
     # Off by 1 px everywhere.
     np.testing.assert_array_equal(error, colour_error(
-        np.where(np.isnan(made.truth), NAN, 1.0), np.where(np.isnan(made.truth), NAN, 0.0)))
-
-
-def test_the_page_has_the_tables_and_the_figures_under_each_picture(evaluation):
-    text, records = evaluation
-    found = Page(text)
-    record = next(record for record in records if record['matcher'] == 'opencv:bm'
-                  and record['kind'] == 'mean' and record['mask'] == 'nonocc'
-                  and record['map'] == 'as it comes')
-    assert f"{record['bad_sparse_1']:.2f}" in found.cells
-    assert 'bad-0.5 [%]' in found.cells
-    for record in records:
-        if (record['kind'], record['mask'], record['map']) == ('scene', 'nonocc', 'filled'):
-            assert f"bad-1: {record['bad_dense_1']:.2f} % dense" in found.words
-    assert '<em>sparse</em>' in text
+        np.where(invalid, NAN, 1.0), np.where(invalid, NAN, 0.0)))
 
 
 def test_a_scene_of_which_nobody_has_a_result_is_shown_without_figures(tmp_path):

@@ -48,9 +48,8 @@ def test_stages_that_the_newest_pair_skipped_keep_their_figures():
     made = diagnostics.Diagnostics(NODE, 0.0)
     for times in ({'search': 8.0, 'total': 10.0}, {'total': 2.0}):
         made.matched(matched(times, 'search' not in times))
-    figures = made.figures()
-    assert figures['time of search, last'] == figures['time of search, median'] == '8.0 ms'
-    assert figures['matching time, last'] == '2.0 ms'
+    assert {'time of search, last': '8.0 ms', 'time of search, median': '8.0 ms',
+            'matching time, last': '2.0 ms'}.items() <= made.figures().items()
 
 
 @pytest.mark.parametrize('loading, idle, silence, rates, expected', [

@@ -11,6 +11,9 @@ subscriptions = pytest.importorskip('fuzzy_stereo_ros.node.subscriptions')
 FAST_DDS_VARIABLES, TOPICS = subscriptions.FAST_DDS_VARIABLES, subscriptions.INPUT_TOPICS
 
 NAMES = ('/left/image_rect', '/left/camera_info', '/right/image_rect', '/right/camera_info')
+NO_STAMP = ('no stamp came on all four topics: set approximate_sync if the cameras do not stamp '
+            'alike, or a larger queue_size')
+NO_MESSAGE = 'no message arrives from the publishers of /right/image_rect: check that they publish'
 
 
 def states(**changes):
@@ -38,25 +41,17 @@ def states(**changes):
     (states(at0={'received': 0, 'incompatible': 'reliability'}), {},
      '/left/image_rect is offered with an incompatible QoS (reliability): set '
      'qos_overrides./left/image_rect.subscription.reliability'),
-    (states(at0={'incompatible': 'reliability'}), {},
-     'no stamp came on all four topics: set approximate_sync if the cameras do not stamp alike, '
-     'or a larger queue_size'),
+    (states(at0={'incompatible': 'reliability'}), {}, NO_STAMP),
     (states(at0={'received': 0, 'publishers': 0, 'incompatible': 'reliability'}), {'profile': 0},
      'no node publishes /left/image_rect: start the camera driver, or remap the topic'),
     (states(at2={'received': 0}), {},
-     'no message arrives from the publishers of /right/image_rect: check that they publish; '
-     'Fast DDS loses large best-effort images unless the camera driver and this node run with '
-     'FASTRTPS_DEFAULT_PROFILES_FILE '
-     "set to this package's config/fastdds.xml"),
-    (states(at2={'received': 0}), {'profile': 1},
-     'no message arrives from the publishers of /right/image_rect: check that they publish'),
+     f'{NO_MESSAGE}; Fast DDS loses large best-effort images unless the camera driver and this '
+     "node run with FASTRTPS_DEFAULT_PROFILES_FILE set to this package's config/fastdds.xml"),
+    (states(at2={'received': 0}), {'profile': 1}, NO_MESSAGE),
     (states(at1={'received': 0, 'publishers': 0, 'cached': True},
             at3={'received': 0, 'cached': True}), {'cache': True},
-     'no stamp came on all four topics: set approximate_sync if the cameras do not stamp alike, '
-     'or a larger queue_size'),
-    (states(), {},
-     'no stamp came on all four topics: set approximate_sync if the cameras do not stamp alike, '
-     'or a larger queue_size'),
+     NO_STAMP),
+    (states(), {}, NO_STAMP),
     (states(), {'approximate': True},
      'stamps differ by more than approximate_sync_tolerance_seconds, or queue_size is too small'),
 ])

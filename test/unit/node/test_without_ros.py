@@ -22,12 +22,14 @@ NODES = 'disparity_node', 'managed_node', 'simulated_cameras'
 LAUNCH_FILES = sorted(str(path) for path in (ROOT / 'launch').glob('*.launch.py'))
 
 
-@pytest.mark.parametrize('blocked', [
-    r'(rcl|launch|ament_)|\w+_(interfaces|msgs)$', '(rclpy|launch)$'])
-@pytest.mark.parametrize('words', [
-    *(['-m', f'fuzzy_stereo_ros.node.{name}'] for name in NODES),
-    *(['-c', f'from fuzzy_stereo_ros.node.{name} import main'] for name in NODES),
-    ['-m', 'bench.demo'], ['-m', 'bench.live'], *([file] for file in LAUNCH_FILES)])
+ALL, SOME = r'(rcl|launch|ament_)|\w+_(interfaces|msgs)$', '(rclpy|launch)$'
+
+
+@pytest.mark.parametrize('words, blocked', [
+    *((['-m', f'fuzzy_stereo_ros.node.{name}'], ALL) for name in NODES),
+    *((['-c', f'from fuzzy_stereo_ros.node.{name} import main'], SOME) for name in NODES),
+    *((words, blocked) for words in (['-m', 'bench.demo'], ['-m', 'bench.live'], *(
+        [file] for file in LAUNCH_FILES)) for blocked in (ALL, SOME))])
 def test_without_all_or_some_of_ros_a_program_ends_with_a_sentence(words, blocked, tmp_path):
     (tmp_path / 'sitecustomize.py').write_text(BLOCKING.format(blocked=blocked))
     path = os.pathsep.join([str(tmp_path), str(ROOT), os.environ.get('PYTHONPATH', '')])

@@ -14,7 +14,7 @@ from fuzzy_stereo_ros.views.evolution import (
     Course, evolution_figure, EvolutionFilm, FIRST, MUTATED, observe_generations, ORIGIN_COLOURS,
     origin_of_fittest_child, RATES, SECOND, Snapshot, STAY)
 from fuzzy_stereo_ros.views.pictures import PANEL_SUFFIXES, write_figure
-from made_scenes import bits, film
+from made_scenes import bits, film, matched
 import numpy as np
 import pytest
 
@@ -41,9 +41,12 @@ def watched(config, pair):
 
 @pytest.mark.parametrize('name', CONFIGS)
 def test_being_watched_changes_no_bit_and_each_generation_has_a_snapshot(name, pair):
+    """Watching takes time, and so it knows no deadline."""
     config = CONFIGS[name]
-    alone = StereoMatcher(config).match(pair.left, pair.right)
-    match, told = watched(config, pair)
+    matcher = StereoMatcher(replace(config, generations=0))
+    matcher.match(pair.left, pair.right)
+    initial, alone = matcher.algorithm.population, matched(pair, config)
+    match, told = watched(replace(config, deadline_ms=1e-6), pair)
     assert bits(match) == bits(alone)
     rows, expected = ([replace(row, milliseconds=0.0) for row in one.history]
                       for one in (match, alone))
@@ -53,51 +56,27 @@ def test_being_watched_changes_no_bit_and_each_generation_has_a_snapshot(name, p
         assert snapshot.fitness.max() == row.best_fitness
         assert snapshot.fitness.mean() == pytest.approx(row.mean_fitness, rel=1e-12)
         assert snapshot.origin.dtype == np.uint8 and snapshot.origin.shape == SHAPE
-    assert told[0].origin is None
     for snapshot in told:
         assert snapshot.best.dtype == snapshot.possibility.dtype == np.float32
         assert snapshot.possibility.shape == SHAPE
         assert 0 <= snapshot.possibility.min() <= snapshot.possibility.max() <= 1
-
-
-def test_watching_takes_time_and_so_knows_no_deadline(pair):
-    match, told = watched(replace(CONFIGS['paper'], deadline_ms=1e-6), pair)
-    assert match.generations == 4 and len(told) == 5
-
-
-@pytest.mark.parametrize('name', ['paper, left', 'realtime', 'quality'])
-def test_the_initial_population_is_the_one_that_evolution_starts_from(name, pair):
-    config = CONFIGS[name]
-    matcher = StereoMatcher(replace(config, generations=0))
-    matcher.match(pair.left, pair.right)
-    population = matcher.algorithm.population
-    told = watched(config, pair)[1][0]
-    np.testing.assert_array_equal(told.fitness, population.fitness)
+    assert told[0].origin is None
+    np.testing.assert_array_equal(told[0].fitness, initial.fitness)
+    upright = (slice(None), slice(None, None, -1 if config.reference == 'right' else 1))
     np.testing.assert_array_equal(
-        told.best, population.genes[population.best].astype(int) + config.min_disparity)
-
-
-@pytest.mark.parametrize('name', ['quality', 'quality, right'])
-def test_what_the_fittest_took_over_is_what_changed_in_it(name, pair):
-    """So it is seen in the same image, the mirrored one as well."""
-    taken = 0
-    told = watched(CONFIGS[name], pair)[1]
-    for before, after in zip(told, told[1:]):
-        np.testing.assert_array_equal(
-            after.origin, np.where(after.best != before.best, MUTATED, FIRST))
-        taken += np.sum(after.origin == MUTATED)
-    assert taken > 40
+        told[0].best[upright], initial.genes[initial.best].astype(int) + config.min_disparity)
+    if config.algorithm == 'quality':   # where the fittest changes is what it took over
+        taken = [after.best != before.best for before, after in zip(told, told[1:])]
+        for changed, snapshot in zip(taken, told[1:]):
+            np.testing.assert_array_equal(snapshot.origin, np.where(changed, MUTATED, FIRST))
+        assert np.sum(taken) > 40
 
 
 # ---- who came from whom ----
 
 
-def random_genes(size, shape=(7, 9), seed=0):
-    return np.random.default_rng(seed).integers(0, 1000, (size, *shape), np.uint16)
-
-
 def test_the_origin_of_the_fittest_child_has_its_parents_and_mutations():
-    former = random_genes(4)
+    former = np.random.default_rng(0).integers(0, 1000, (4, 7, 9), np.uint16)
     population = former.copy()
     population[2] = np.concatenate([former[3][:5], former[1][5:]])
     population[3] = np.concatenate([former[0][:2], former[2][2:]])
@@ -119,27 +98,20 @@ def snapshot_of(number, best=None):
     return Snapshot(number, maps, maps, maps, np.array([1.0, 4.0 + number]), None)
 
 
-@pytest.mark.parametrize('first, last, numbers', [
-    (0, 0, [0]), (0, 1, [0, 1]), (0, 4, [0, 1, 2, 3, 4]), (0, 5, [0, 1, 2, 3, 5]),
-    (0, 8, [0, 1, 2, 4, 8]), (0, 10, [0, 1, 2, 5, 10]), (0, 30, [0, 1, 3, 10, 30]),
-    (0, 1000, [0, 1, 10, 100, 1000]), (1, 1, [1]), (1, 5, [1, 2, 3, 5]),
-    (1, 30, [1, 2, 3, 10, 30])])
-def test_at_most_five_are_shown_the_first_two_and_the_last_among_them(first, last, numbers):
+@pytest.mark.parametrize('first, last, ends, numbers', [
+    (0, 0, 0, [0]), (0, 1, 1, [0, 1]), (0, 4, 4, [0, 1, 2, 3, 4]), (0, 5, 5, [0, 1, 2, 3, 5]),
+    (0, 8, 8, [0, 1, 2, 4, 8]), (0, 30, 30, [0, 1, 3, 10, 30]),
+    (0, 1000, 1000, [0, 1, 10, 100, 1000]), (1, 1, 1, [1]), (1, 30, 30, [1, 2, 3, 10, 30]),
+    (0, 1000, 7, [0, 1, 7])])       # it converges early
+def test_at_most_five_are_shown_the_first_two_and_the_last_among_them(first, last, ends, numbers):
     course = Course(replace(CONFIGS['paper'], generations=last), frames=first and last)
-    for number in range(first, last + 1):
+    for number in range(first, ends + 1):
         course.add(snapshot_of(number))
     assert [snapshot.number for snapshot in course.shown] == numbers
     assert course.rows[-1] == {
-        'number': last, 'best_fitness': 4.0 + last, 'mean_fitness': (5.0 + last) / 2,
+        'number': ends, 'best_fitness': 4.0 + ends, 'mean_fitness': (5.0 + ends) / 2,
         'worst_fitness': 1.0, 'bad_1': None, 'origins': {}}
-    assert len(course.rows) == last + 1 - first
-
-
-def test_an_evolution_that_converges_early_shows_its_last_generation():
-    course = Course(replace(CONFIGS['paper'], generations=1000))
-    for number in range(8):
-        course.add(snapshot_of(number))
-    assert [snapshot.number for snapshot in course.shown] == [0, 1, 7]
+    assert len(course.rows) == ends + 1 - first
 
 
 def test_the_error_is_that_of_the_best_chromosome_inside_the_mask(pair):
@@ -152,9 +124,9 @@ def test_the_error_is_that_of_the_best_chromosome_inside_the_mask(pair):
 # ---- the still and the film of an evolution show what its snapshots hold ----
 
 
-def evolution(profile='realtime', with_truth=True, shape=(40, 60), **changes):
+def evolution(profile='realtime', with_truth=True, **changes):
     """Return the course and the snapshots of an evolution on a noisy pair."""
-    pair = make_pair(*shape, 16, noise=4.0, colour=True)
+    pair = make_pair(40, 60, 16, noise=4.0, colour=True)
     config = MatcherConfig.from_profile(profile, **{
         'disparities': 16, 'generations': 2, 'reference': 'left', **changes})
     course, told = Course(config, pair.truth if with_truth else None), []
@@ -166,32 +138,6 @@ def evolution(profile='realtime', with_truth=True, shape=(40, 60), **changes):
     return course, told
 
 
-def pixels_of(picture):
-    """Return how many pixels of a BGR picture have the colour of each origin."""
-    wanted = [[int(colour[at:at + 2], 16) for at in (5, 3, 1)]
-              for _, colour in sorted(ORIGIN_COLOURS.items())]
-    return np.array([(picture == colour).all(axis=2).sum() for colour in wanted])
-
-
-def check_origins(picture, snapshots):
-    """Check that each colour covers the share of cells with that origin, but for the legend."""
-    origins = np.stack([snapshot.origin for snapshot in snapshots])
-    cells = np.bincount(origins.ravel(), minlength=len(ORIGIN_COLOURS))
-    pixels = pixels_of(picture)
-    np.testing.assert_allclose(pixels / pixels.sum(), cells / cells.sum(), atol=0.04)
-    return np.count_nonzero(cells)
-
-
-@pytest.mark.parametrize('profile, with_truth, origins', [
-    pytest.param('paper', True, 3, marks=pytest.mark.slow), ('quality', False, 2)])
-def test_the_still_shows_where_genes_come_from(tmp_path, profile, with_truth, origins):
-    course, told = evolution(profile, with_truth)
-    write_figure(tmp_path / 'still.png', evolution_figure(course))
-    assert os.listdir(tmp_path) == ['still.png']
-    picture = read_image(tmp_path / 'still.png')
-    assert check_origins(picture, told[1:]) == origins
-
-
 def test_an_evolution_of_no_generation_is_drawn_in_every_format(tmp_path):
     figure = evolution_figure(evolution(generations=0)[0])
     for suffix in PANEL_SUFFIXES:
@@ -199,16 +145,18 @@ def test_an_evolution_of_no_generation_is_drawn_in_every_format(tmp_path):
         assert (tmp_path / f'still{suffix}').stat().st_size > 10_000
 
 
-@pytest.mark.parametrize('profile, changes, title', [
-    ('paper', {}, 'fitness (uniform reading)'),
-    ('paper', {'reading': 'literal'}, 'fitness (Eq. 3 as printed)'),
-    ('realtime', {}, 'fitness (1 is perfect)')])
-def test_curves_and_possibilities_fill_their_scales_and_the_reading_is_named(
-        profile, changes, title):
-    course, told = evolution(profile, shape=(40, 60), **changes)
-    axes = evolution_figure(course).axes
-    (place,) = (each for each in axes if each.get_title() == title)
-    maps = [each.images[0] for each in axes if each.get_title().startswith('its possibility')]
+@pytest.mark.parametrize('profile, changes, title, origins', [
+    ('paper', {}, 'fitness (uniform reading)', 3),
+    ('paper', {'reading': 'literal'}, 'fitness (Eq. 3 as printed)', 3),
+    ('quality', {'with_truth': False}, 'fitness (1 is perfect)', 2)])
+def test_the_still_shows_fitness_possibilities_and_where_genes_come_from(
+        tmp_path, profile, changes, title, origins):
+    """Each colour of an origin covers the share of genes with it, curves and maps their scales."""
+    course, told = evolution(profile, **changes)
+    figure = evolution_figure(course)
+    (place,) = (each for each in figure.axes if each.get_title() == title)
+    maps = [each.images[0] for each in figure.axes
+            if each.get_title().startswith('its possibility')]
     (scale,) = {one.get_clim() for one in maps}
     most = max(np.percentile(one.get_array().data, 95) for one in maps)
     assert scale[0] == 0 and most <= scale[1] <= max(most + 0.05, 0.05)
@@ -217,6 +165,16 @@ def test_curves_and_possibilities_fill_their_scales_and_the_reading_is_named(
         np.testing.assert_allclose(line.get_ydata(), [
             getattr(snapshot.fitness, {'best': 'max', 'worst': 'min'}.get(name, name))()
             for snapshot in told], rtol=1e-9)
+    write_figure(tmp_path / 'still.png', figure)
+    assert os.listdir(tmp_path) == ['still.png']
+    picture = read_image(tmp_path / 'still.png')
+    pixels = np.array([np.count_nonzero((picture == [
+        int(colour[at:at + 2], 16) for at in (5, 3, 1)]).all(axis=2))
+        for _, colour in sorted(ORIGIN_COLOURS.items())])
+    genes = np.bincount(np.stack([snapshot.origin for snapshot in told[1:]]).ravel(),
+                        minlength=len(ORIGIN_COLOURS))
+    np.testing.assert_allclose(pixels / pixels.sum(), genes / genes.sum(), atol=0.04)
+    assert np.count_nonzero(genes) == origins
 
 
 # ---- the film ----
@@ -252,11 +210,9 @@ def test_the_animation_has_a_frame_for_each_generation_and_repeats_the_last(
 
 
 def test_a_long_evolution_is_shown_faster(tmp_path):
-    film = EvolutionFilm(tmp_path / 'film.mp4', Course(
-        MatcherConfig(generations=55)))
-    assert film.rate == 6
-    film = EvolutionFilm(tmp_path / 'film.mp4', Course(
-        MatcherConfig(), frames=5000))
-    assert film.rate == RATES[1]
-    film.close()
+    for course, rate in ((Course(MatcherConfig(generations=55)), 6),
+                         (Course(MatcherConfig(), frames=5000), RATES[1])):
+        film = EvolutionFilm(tmp_path / 'film.mp4', course)
+        assert film.rate == rate
+        film.close()
     assert os.listdir(tmp_path) == []
