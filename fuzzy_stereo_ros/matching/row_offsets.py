@@ -27,7 +27,7 @@ DISTANCE = 16       # px, least distance of two corners
 WINDOW = 15         # px, side of the window of the optical flow, and of the mean subtracted before
 CONTRAST = 30.0     # grey levels, mean absolute deviation after normalisation
 ROW_ERROR = 1.0     # px, largest distance along the row from the position of the disparity
-SPARE = 64          # bytes behind a row of the mask of corners
+SPARE = 64          # bytes behind a row of the mask of corners: OpenCV 5.0 reads beyond its end
 FOUND_AGAIN = 0.1   # least share of the corners that are found, if their disparities are right
 RETURN_ERROR = 0.1  # px, largest distance from the corner after the flow there and back
 LARGEST_OFFSET = 10.0  # px, largest row offset; larger ones are outliers
@@ -390,10 +390,8 @@ def _nearest(places, bits, other_places, other_bits, lowest, highest):
 def _confident_corners(image, confidence):
     """Return the more confident half of an image's corners: float32 (N, 2), column, row."""
     half = reduced(image, 2)
-    rows, columns = half.shape
-    # OpenCV 5.0 reads a vector beyond the end of a mask.
-    mask = np.empty((rows, columns + SPARE), np.uint8)[:, :columns]
-    np.greater(confidence[:2 * rows:2, :2 * columns:2], 0, out=mask.view(bool))
+    trusted = confidence[:2 * half.shape[0]:2, :2 * half.shape[1]:2] > 0
+    mask = np.pad(trusted, ((0, 0), (0, SPARE)))[:, :-SPARE].view(np.uint8)
     found = cv2.goodFeaturesToTrack(half, CORNERS, QUALITY, DISTANCE / 2, mask=mask)
     if found is None or not len(found):
         return np.empty((0, 2), np.float32)
