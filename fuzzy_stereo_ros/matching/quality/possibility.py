@@ -9,6 +9,7 @@ import cv2
 from fuzzy_stereo_ros.matching.bands import cut_bands
 from fuzzy_stereo_ros.matching.kernels.possibility import fuzzy_costs as kernels
 from fuzzy_stereo_ros.matching.kernels.simd import LANES
+from fuzzy_stereo_ros.matching.realtime.possibility import columns_below
 import numpy as np
 
 CENSUS_RADIUS, CODES = 2, 2     # px; planes of 16 bits
@@ -24,16 +25,10 @@ WEIGHTS = np.rint(kernels.UNIT / np.array((12, 6 * 43, 2 * 2, 2 * 30))).astype(n
 class ViewFeatures:
     """Features of an image: census codes, colour, slopes; the right one mirrored and padded."""
 
-    def __init__(self, rows, columns, padding, extra=0):
-        """
-        Allocate.
-
-        padding: columns behind a mirrored image, 0 for one that is not mirrored; extra: how many
-        of them are of the image
-        """
-        self._mirrored, columns = padding > 0, columns + extra
-        self.features = np.zeros(
-            (rows, CODES + kernels.PLANES, columns + padding - extra), np.uint16)
+    def __init__(self, rows, columns, padding):
+        """Allocate; padding: columns behind a mirrored image, 0 for one that is not mirrored."""
+        self._mirrored = padding > 0
+        self.features = np.zeros((rows, CODES + kernels.PLANES, columns + padding), np.uint16)
         self._codes = np.zeros((rows, CODES, columns), np.uint16)
 
     def read_colour(self, colour):
@@ -74,16 +69,20 @@ class ViewFeatures:
 
 
 class SupportPossibility:
-    """The costs of all matches of a pair: uint16 (R, C, labels), padded to LANES, 0 to FULL."""
+    """
+    The costs of all matches of a pair: uint16 (R, C, labels), padded to LANES, 0 to FULL.
+
+    extra: columns that a right image which is `moved` has before column 0
+    """
 
     def __init__(self, rows, columns, disparities, lowest):
         """Allocate for images of a size and a range of disparities from `lowest` on."""
         labels = padded(disparities)
         self.disparities, self._bands = disparities, cut_bands(rows)
         self._left = ViewFeatures(rows, columns, 0)
-        extra = extra_columns(lowest, disparities)
-        self._right = ViewFeatures(rows, columns, labels, extra)
-        self._first_inside = max(lowest, -extra)
+        self.extra = columns_below(lowest, disparities - 1)
+        self._right = ViewFeatures(rows, columns + self.extra, labels - self.extra)
+        self._first_inside = max(lowest, -self.extra)
         self.costs = np.zeros((rows, columns, labels), np.uint16)
         self._arms = np.zeros((rows, columns, 4), np.uint8)
         edges = sorted({columns * part // COLUMN_PARTS for part in range(COLUMN_PARTS + 1)})
@@ -129,16 +128,11 @@ def padded(disparities):
     return -(-disparities // LANES) * LANES
 
 
-def extra_columns(lowest, disparities):
-    """Return how many columns below 0 labels can reach of a right image that is `moved`."""
-    return max(min(-lowest, disparities - 1), 0)
-
-
 def moved(image, lowest, disparities):
     """
     Return (colour, luminance) moved to the right by the lowest disparity, its border repeated.
 
-    It begins `extra_columns` before column 0, which are those of a negative one.
+    Moved to the left it begins before column 0, as far as labels reach.
     """
-    columns = np.arange(-extra_columns(lowest, disparities), image[1].shape[1])
+    columns = np.arange(-columns_below(lowest, disparities - 1), image[1].shape[1])
     return tuple(np.take(part, columns - lowest, 1, mode='clip') for part in image)

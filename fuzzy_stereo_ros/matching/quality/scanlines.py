@@ -12,8 +12,7 @@ from typing import NamedTuple
 from fuzzy_stereo_ros.matching.bands import cut_bands
 from fuzzy_stereo_ros.matching.kernels.possibility.fuzzy_costs import FULL, LONGEST
 from fuzzy_stereo_ros.matching.kernels.scanlines import eight_directions
-from fuzzy_stereo_ros.matching.quality.possibility import (
-    extra_columns, padded, ROUNDS, SupportPossibility)
+from fuzzy_stereo_ros.matching.quality.possibility import padded, ROUNDS, SupportPossibility
 import numpy as np
 
 OVERLAP = 32         # rows beyond a band in which its paths start
@@ -139,7 +138,7 @@ class ScanlineStrips:
         self._scanlines = SurfaceScanlines(self._possibility.costs.shape)
         shape = rows, columns
         self.labels, self.target = (np.zeros((rows, width), np.int16) for width in (
-            columns, extra_columns(lowest, disparities) + columns))
+            columns, self._possibility.extra + columns))
         self.margins = np.zeros(shape, np.uint16)
         self.offsets = np.zeros(shape, np.float32)
         self.steps = np.zeros((2, *shape), np.uint8)

@@ -143,5 +143,10 @@ def extra_columns(min_disparity, disparities):
     A negative smallest disparity moves the right image to the left, to columns below 0; labels
     reach only some of them. A multiple, so that smaller views are those of the same columns.
     """
-    needed = max(min(-min_disparity, disparities + 2 * features.MARGIN), 0)
+    needed = columns_below(min_disparity, disparities + 2 * features.MARGIN)
     return needed + -needed % SMALLEST
+
+
+def columns_below(lowest, farthest):
+    """Return how many columns below 0 an image moved by the lowest disparity has, if reached."""
+    return max(min(-lowest, farthest), 0)
