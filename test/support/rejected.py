@@ -25,5 +25,6 @@ def rejection(capsys, *words, run=main):
 
 
 def contents():
-    """Return {path: its bytes, None of a folder} of all below the working folder."""
+    """Return {path: its bytes, None of a folder} of all below the working folder, a test's own."""
+    assert not Path('setup.py').exists(), 'other tests write to the repository as well'
     return {path: path.read_bytes() if path.is_file() else None for path in Path().rglob('*')}

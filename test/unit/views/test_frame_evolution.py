@@ -22,7 +22,8 @@ FRAMES = 4
 
 @pytest.fixture
 def folders(tmp_path, monkeypatch):
-    """Return two folders of images; films are drawn in a quarter of the pixels."""
+    """Return two folders of images in the working folder; films have a quarter of the pixels."""
+    monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(evolution, 'DOTS', (50, 200))
     for side in ('left', 'right'):
         (tmp_path / side).mkdir()
