@@ -28,7 +28,7 @@ class Evidence:
         """Allocate for half-size `Picture`s; noises: of both; shift: px of matches to the left."""
         self._left, self._right, self._noises, self._shift = left, right, noises, shift
         blocks = -(-left.rows // BLOCK), -(-left.columns // BLOCK)
-        self._sums, self._seen = zeros((SUMS, *blocks)), zeros(blocks, np.uint8)
+        self._sums, self._seen = zeros((*blocks, SUMS)), zeros(blocks, np.uint8)
         self._clipped = zeros((left.rows, left.columns), np.uint8)
 
     def sum_up(self, labels, band):
@@ -41,13 +41,12 @@ class Evidence:
         """Decide of which blocks the pair shows something, once all are added up."""
         if not self._seen.size:     # of one row or column nothing is left at half size
             return
-        pixels, left, right, squares, right_squares, products = (
-            cv2.boxFilter(sums, -1, (3, 3), normalize=False, borderType=cv2.BORDER_CONSTANT)
-            for sums in self._sums)
-        variances = [
-            np.maximum(square - total * total / pixels, 0) / pixels / GREY_LEVEL**2 + UNSEEN**2
-            for square, total in ((squares, left), (right_squares, right))]
-        common = (products - left * right / pixels) / pixels / GREY_LEVEL**2
+        sums = np.moveaxis(cv2.boxFilter(
+            self._sums, -1, (3, 3), normalize=False, borderType=cv2.BORDER_CONSTANT), 2, 0)
+        totals, squares, products, pixels = sums[:2], sums[2:4], sums[4], sums[5]
+        variances = (np.maximum(squares - totals * totals / pixels, 0) / pixels / GREY_LEVEL**2
+                     + UNSEEN**2)
+        common = (products - totals[0] * totals[1] / pixels) / pixels / GREY_LEVEL**2
         clear = [variance > SIGNAL**2 * ((HALVED * noise.level)**2 + UNSEEN**2)
                  for variance, noise in zip(variances, self._noises)]
         self._seen[:] = (clear[0] & clear[1]) | (

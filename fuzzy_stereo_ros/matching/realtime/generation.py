@@ -115,8 +115,8 @@ class Selection:
             after = None
         columns, target = self._possibility.columns, self.chosen.target
         return chain.each(lambda part: selection.select_of_target(
-            self._found, self._addresses, self._scratch[part[0]], columns, address_of(target),
-            target.shape[1], *part[1:]), chain.parts(len(target)))
+            self._found, self._scratch[part[0]], columns, address_of(target), target.shape[1],
+            *part[1:]), chain.parts(len(target)))
 
 
 class AllLabels(Selection):

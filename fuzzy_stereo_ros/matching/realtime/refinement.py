@@ -6,7 +6,6 @@ From the best chromosome to disparities: rejected pixels, medians, sub-pixel, co
 Not in the paper, whose maps are whole-pixel and dense. Speckles, small components of a map, are
 seldom right: they are found as by cv2.filterSpeckles, but by bands that threads share.
 """
-import cv2
 from fuzzy_stereo_ros.matching.arrays import zeros
 from fuzzy_stereo_ros.matching.bands import cut_bands, MOST_PARTS, widened
 from fuzzy_stereo_ros.matching.kernels.refinement import filling, subpixel
@@ -159,17 +158,14 @@ class Refinement:
         bounds = tuple(map(np.float32, (
             config.min_disparity, config.min_disparity + config.disparities - 1,
             -np.inf if config.fill else config.confidence_threshold)))
-        around = subpixel.AROUND
 
         def write_band(band):
-            rows = widened(band, around // 2, len(labels))
+            rows = widened(band, subpixel.AROUND // 2, len(labels))
             reject(*rows)
             subpixel.fit(chosen.labels, chosen.offsets, self.final_validity, self._fitted, *rows)
             subpixel.certainty(chosen.sums, chosen.margins, margins_of_half,
                                self.final_validity, self._certain, *rows)
-            self._around[band[1]:band[2]] = cv2.boxFilter(
-                self._certain[slice(*rows)], cv2.CV_32S, (around, around),
-                normalize=False)[band[1] - rows[0]:band[2] - rows[0]]
+            subpixel.sum_around(self._certain, self._around, *band[1:])
             subpixel.smooth_offsets(labels, self._fitted, *self._rows[band[0]], self._fine,
                                     self._agreeing, *band[1:])
             subpixel.write_out(

@@ -56,7 +56,7 @@ class Selected:
             parents.append((PREVIOUS, before))
         self.generation, chain = Generation(possibility, few, mutation), Chain(ThreadPool(1))
         generation = self.generation
-        for memory in (*generation._memory, generation._squares, generation._lines):
+        for memory in (*generation._memory, generation._lines, generation._squares):
             memory[:] = 255 * (seed % 2)        # of the generation before nothing counts
         generation.select(
             chain, SimpleNamespace(
@@ -128,7 +128,7 @@ def test_pixels_of_any_labels_compete_for_the_target_as_those_of_the_twin_do(
     labels, _, sums, _, target = search.chosen
     labels[:] = random.integers(0, disparities, labels.shape)
     sums[:] = 255 - random.integers(0, classes, sums.shape) * 255 // classes
-    selection.select_of_target(search._found, search._addresses, search._scratch[0], columns,
+    selection.select_of_target(search._found, search._scratch[0], columns,
                                address_of(target), target.shape[1], 0, 2)
     assert np.array_equal(target, reference_census.chosen_by_target(
         labels, sums, target.shape[1] - columns))

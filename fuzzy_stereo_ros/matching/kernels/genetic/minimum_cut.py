@@ -129,8 +129,9 @@ def _distance_to_root(offsets, trees, node, now):
 
 
 @called
-def _adopt(network, trees, now, active, end, orphans, begin, stop):
+def _adopt(network, trees, now, active, end, orphans, begin):
     """Find new parents for the orphans, or free them; return the new end of the active nodes."""
+    stop = np.int64(0)
     offsets, capacity, _ = network
     tree, parent, stamp, distance = trees
     directions = offsets.size
@@ -262,5 +263,5 @@ def maximum_flow(nodes, network, trees):
         capacity[sink, across ^ 1] += flow
         first = _push(network, parent, source, SOURCE, flow, orphans, 0)
         first = _push(network, parent, sink, SINK, flow, orphans, first)
-        end = _adopt(network, trees, now, active, end, orphans, first, 0)
+        end = _adopt(network, trees, now, active, end, orphans, first)
     return now

@@ -203,14 +203,12 @@ def gradient(grey, mirrored, columns, slopes, first, last):
     grey: uint8 (R, C + SLACK); slopes: uint8 (R, stride), the last one repeated behind the row.
     """
     for row in range(first, last):
+        here, slope, sign = grey[row], slopes[row], np.int16(-1 if mirrored else 1)
         for column in range(1, columns - 1):
-            step = (np.int16(grey[row, column + 1]) - np.int16(grey[row, column - 1]))
-            if mirrored:
-                step = -step
-            slopes[row, column] = np.int16(128) + (step >> np.int16(1))
-        slopes[row, 0] = slopes[row, columns - 1] = 128
-        for column in range(columns, slopes.shape[1]):
-            slopes[row, column] = 128
+            step = np.int16(sign * (np.int16(here[column + 1]) - np.int16(here[column - 1])))
+            slope[column] = np.int16(128) + (step >> np.int16(1))
+        slope[0] = 128
+        slope[columns - 1:] = 128
 
 
 @kernel

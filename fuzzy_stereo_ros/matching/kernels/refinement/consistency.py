@@ -87,10 +87,11 @@ def reject_nearer(disparity, confidence, highest, counts, first, last):
 def reject_changed(labels, genes, validity, final_validity, first, last):
     """Copy the validity, and invalidate cells whose gene changed by more than one label."""
     for row in range(first, last):
-        for column in range(labels.shape[1]):
-            away = abs(np.int32(labels[row, column]) - np.int32(genes[row, column]))
-            before = validity[row, column]      # always read: AVX2 masks no bytes
-            final_validity[row, column] = np.uint8(INVALID) if away > 1 else before
+        line, changed, valid, final = labels[row], genes[row], validity[row], final_validity[row]
+        for column in range(line.size):
+            away = abs(np.int32(line[column]) - np.int32(changed[column]))
+            # the largest; AVX2 masks no bytes, LLVM 14 makes no vectors of a choice
+            final[column] = max(valid[column], np.uint8(INVALID) * np.uint8(away > 1))
 
 
 @called
@@ -219,7 +220,7 @@ def reject_small(validity, smallest, runs, first, last):
 BLOCK = 4       # half-size pixels of a side of the blocks
 DARK, BRIGHT = 1, 2     # ends at which a pixel is clipped
 DARKEST, BRIGHTEST = 0, 254 * 256   # luminance up to and from which it is
-SUMS = 6        # of a block: pixels, left, right, left squared, right squared, left times right
+SUMS = 6        # of a block: left, right, left squared, right squared, left times right, pixels
 
 
 @kernel
@@ -228,19 +229,19 @@ def sum_blocks(labels, left, right, shift, sums, clipped, first, last):
     Add up the luminance of both views at half size in blocks of pixels, as a map matches them.
 
     left, right: luminance, the right one mirrored; shift: columns to the right, at full size, by
-    which the right one is not moved yet; sums: float64 (SUMS, block rows, block columns), exact;
+    which the right one is not moved yet; sums: float64 (block rows, block columns, SUMS), exact;
     clipped: uint8 (r, c), DARK, BRIGHT, both or 0, of either of the two pixels; first, last: rows
     of blocks
     """
     (rows, columns), width = clipped.shape, right.shape[1] - 2 * MARGIN - SLACK
     for block_row in range(first, last):
-        sums[:, block_row] = 0
+        sums[block_row] = 0
         for row in range(BLOCK * block_row, min(BLOCK * (block_row + 1), rows)):
             line, other = left[row + MARGIN, MARGIN:], right[row + MARGIN, MARGIN:]
             genes, marks = labels[2 * row], clipped[row]
-            for block in range(sums.shape[2]):
+            for block in range(sums.shape[1]):
                 lefts = rights = squares = right_squares = products = np.int64(0)
-                end = min(BLOCK * (block + 1), columns)
+                end, of_block = min(BLOCK * (block + 1), columns), sums[block_row, block]
                 for column in range(BLOCK * block, end):
                     away = (np.int64(genes[2 * column]) + shift + 1) >> 1
                     pointed = min(max(columns - 1 - column + away, 0), width - 1)
@@ -252,12 +253,12 @@ def sum_blocks(labels, left, right, shift, sums, clipped, first, last):
                     squares += here * here
                     right_squares += there * there
                     products += here * there
-                sums[0, block_row, block] += end - BLOCK * block
-                sums[1, block_row, block] += lefts
-                sums[2, block_row, block] += rights
-                sums[3, block_row, block] += squares
-                sums[4, block_row, block] += right_squares
-                sums[5, block_row, block] += products
+                of_block[0] += lefts
+                of_block[1] += rights
+                of_block[2] += squares
+                of_block[3] += right_squares
+                of_block[4] += products
+                of_block[5] += end - BLOCK * block
 
 
 @kernel(allocates=True)

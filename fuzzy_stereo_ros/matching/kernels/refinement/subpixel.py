@@ -5,7 +5,7 @@ Sub-pixel disparities, the mean offset of similar neighbours of a pixel, and the
 
 The output is disparity and confidence as the user gets them.
 """
-from fuzzy_stereo_ros.matching.kernels.compiled import kernel
+from fuzzy_stereo_ros.matching.kernels.compiled import called, kernel
 from fuzzy_stereo_ros.matching.kernels.simd import (
     add, add_floats, at_most, bit_and, LANES, least_float, load, multiply_floats, splat,
     splat_like, store, subtract)
@@ -25,14 +25,15 @@ def fit(labels, offsets, validity, fitted, first, last):
     fitted: int16 or int32 (R, C + 4 + 32), 1 / STEPS px, with a margin of RADIUS columns and slack
     behind
     """
-    rows, columns = labels.shape
+    columns, none = labels.shape[1], np.int32(INVALID_FIT)
     for row in range(first, last):
         fitted[row, :RADIUS] = INVALID_FIT
         fitted[row, columns + RADIUS:] = INVALID_FIT
-        inside = fitted[row, RADIUS:RADIUS + columns]
-        for column in range(columns):
-            value = STEPS * np.int32(labels[row, column]) + np.int32(offsets[row, column])
-            inside[column] = value if validity[row, column] != INVALID else INVALID_FIT
+        inside, line = fitted[row, RADIUS:RADIUS + columns], labels[row]
+        offset, valid = offsets[row], validity[row]
+        for column in range(columns):       # LLVM 14 makes no vectors of a choice
+            nearer = STEPS * np.int32(line[column]) + np.int32(offset[column]) - none
+            inside[column] = none + np.int32(valid[column] != INVALID) * nearer
 
 
 @kernel
@@ -77,7 +78,7 @@ def smooth_offsets(final, fitted, total, count, fine, agreeing, first, last):
 CLEAR_MARGIN = 24    # summed cost by which the best label elsewhere is worse: half sure
 CERTAIN = 255 * 256   # of a label that is certain
 CHANCE = 14          # margin of the half-size search that noise often reaches
-NEVER = -1e9         # of certain pixels, whose confidence is 0
+NEVER = -1e9         # added to a score that leaves no confidence
 AROUND = 9           # side of the square whose mean certainty a pixel's confidence is made of
 # Share of right pixels, in steps of 0.1 of mean certainty times the share of agreeing neighbours.
 # Calibrated on every other Middlebury scene and synthetic ones, colour and grey, with noise of 0,
@@ -112,9 +113,8 @@ def certainty(sums, margins, half, validity, certain, first, last):
             above = np.int32(clear[place]) - CHANCE
             limits[2 * place] = limits[2 * place + 1] = min(max(3 * above, 0), 255)
         limits[2 * half_columns:] = limits[2 * half_columns - 1]
-        for column in range(columns):
-            if of_prior[column] == VOTED:
-                limits[column] = 255
+        for column in range(columns):       # always written: AVX2 masks no bytes
+            limits[column] = 255 if of_prior[column] == VOTED else limits[column]
         for column in range(columns):
             possible = np.float32(256) - np.float32(sums[row, column])
             consistent = np.float32(validity[row, column] == CONSISTENT)
@@ -122,6 +122,48 @@ def certainty(sums, margins, half, validity, certain, first, last):
             certain[row, column] = np.int32(
                 possible * consistent * np.float32(CERTAIN / 256)
                 * (margin / (margin + np.float32(CLEAR_MARGIN))))
+
+
+@called
+def _mirrored(index, size):
+    """Return the index inside of so many for one beyond their ends, which are not repeated."""
+    while index < 0 or index >= size:
+        index = 0 if size == 1 else -index if index < 0 else 2 * (size - 1) - index
+    return index
+
+
+@called
+def _add_row(certain, row, sign, sums):
+    """Add a row, mirrored beyond the image, to the sums of columns, or take it off: sign -1."""
+    line, inside = certain[_mirrored(row, certain.shape[0])], sums[AROUND // 2:]
+    for column in range(line.size):
+        inside[column] += np.int32(sign) * np.int32(line[column])
+
+
+@kernel(allocates=True)
+def sum_around(certain, around, first, last):
+    """
+    Sum up the certainties of AROUND x AROUND pixels, mirrored beyond the image.
+
+    certain: uint16 (R, C); around: int32 (R, C), of which some rows are written
+    """
+    columns, reach = certain.shape[1], AROUND // 2
+    sums = np.zeros(columns + 2 * reach, np.int32)
+    for row in range(first - reach, first + reach):
+        _add_row(certain, row, 1, sums)
+    for row in range(first, last):
+        _add_row(certain, row + reach, 1, sums)
+        for place in range(reach):
+            sums[place] = sums[reach + _mirrored(place - reach, columns)]
+            behind = reach + columns + place
+            sums[behind] = sums[reach + _mirrored(columns + place, columns)]
+        line = around[row]
+        for column in range(columns):
+            total = np.int32(0)
+            for place in range(AROUND):
+                total += sums[column + place]
+            line[column] = total
+        _add_row(certain, row - reach, -1, sums)
 
 
 @kernel(allocates=True)
@@ -144,14 +186,13 @@ def write_out(fitted, validity, certain, limits, bounds, disparity, confidence, 
     shares = np.empty(certain.shape[1] + LANES, np.float32)
     for row in range(first, last):
         of_area, agree, share = certain[row], agreeing[row], confidence[row]
-        limit = limits[row]
+        limit, found, valid, pixels = limits[row], fine[row], validity[row], disparity[row]
         for column in range(share.size):    # one loop would have more arrays than LLVM compares
-            pointed = np.int32(STEPS * np.int32(column) - first_column
-                               - np.int32(fine[row, column]))
-            enough = ((validity[row, column] == CONSISTENT) & (of_area[column] > 0)
+            pointed = np.int32(STEPS * np.int32(column) - first_column - np.int32(found[column]))
+            enough = ((valid[column] == CONSISTENT) & (of_area[column] > 0)
                       & (limit[column] > 0) & (pointed >= 0) & (pointed < width))
             score = np.float32(of_area[column]) * np.float32(agree[column])
-            shares[column] = score if enough else np.float32(NEVER)
+            shares[column] = score + np.float32(NEVER) * (np.float32(1) - np.float32(enough))
         for column in range(0, share.size, LANES):
             score, least = load(shares, column), splat(np.float32(1))
             for line in range(len(LINES)):
@@ -161,6 +202,6 @@ def write_out(fitted, validity, certain, limits, bounds, disparity, confidence, 
         for column in range(share.size):
             sure = min(np.float32(limit[column]) * np.float32(1 / 255), shares[column])
             share[column] = max(sure, np.float32(0))
-            value = np.float32(fine[row, column]) * np.float32(1 / STEPS) + lowest
+            value = np.float32(found[column]) * np.float32(1 / STEPS) + lowest
             value = min(max(value, lowest), highest)
-            disparity[row, column] = value if sure >= threshold else np.float32(np.nan)
+            pixels[column] = value if sure >= threshold else np.float32(np.nan)

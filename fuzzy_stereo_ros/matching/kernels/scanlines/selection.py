@@ -348,16 +348,16 @@ def select_down(features, found, tiles, scratch, first, last):
 
 
 @kernel
-def select_of_target(found, tiles, scratch, columns, target, target_columns, first, last):
+def select_of_target(found, scratch, columns, target, target_columns, first, last):
     """
     Select the labels of the target's rows first .. last - 1, once those of the pixels are.
 
-    found, tiles, scratch: the fields of Found, Tiles and Scratch; columns, target_columns: of a
-    row of the pixels, of the target; target: address, see SearchResult
+    found, scratch: the fields of Found and Scratch; columns, target_columns: of a row of the
+    pixels, of the target; target: address, see SearchResult
     """
-    found, tiles, scratch = Found(*found), Tiles(*tiles), Scratch(*scratch)
+    found, scratch = Found(*found), Scratch(*scratch)
     for row in range(first, last):
         at = row * columns
         choose_of_target((found.labels + at * found.label_bytes, found.label_bytes,
-                          found.least + at), columns, tiles, row // SIDE, scratch,
-                         target + row * target_columns, target_columns)
+                          found.least + at), columns, scratch, target + row * target_columns,
+                         target_columns)

@@ -5,19 +5,18 @@ Winner takes all: the label of least summed cost, seen from the target, and sub-
 
 The offsets are of the equiangular fit (Shimizu and Okutomi, 2001).
 """
-from fuzzy_stereo_ros.matching.kernels.addresses import (
-    load_byte, load_long, load_short, store_byte)
+from fuzzy_stereo_ros.matching.kernels.addresses import load_byte, store_byte
 from fuzzy_stereo_ros.matching.kernels.compiled import inlined
-from fuzzy_stereo_ros.matching.kernels.scanlines.tile_costs import NONE, pixels_of
-from fuzzy_stereo_ros.matching.kernels.scanlines.tile_genes import SIDE
+from fuzzy_stereo_ros.matching.kernels.scanlines.tile_costs import pixels_of
 from fuzzy_stereo_ros.matching.kernels.simd import (
-    absolute_difference, add, at_most, bit_and, choose, equal, equal_bits, lane_numbers, LANES,
-    less, load_like, maximum, narrow, reversed_lanes, saturating_add, shift_left, splat,
+    absolute_difference, add, at_most, bit_and, bit_or, choose, equal, lane_numbers, LANES, less,
+    load_like, lowest, maximum, narrow, reversed_lanes, saturating_add, shift_left, splat,
     splat_like, store, subtract, widen)
 from fuzzy_stereo_ros.matching.kernels.units import STEPS
 import numpy as np
 
 HIDES = 8           # summed cost by which a pixel may be dearer than one that it hides
+LAST = 2**16 - 1    # beyond all labels
 
 
 @inlined
@@ -41,45 +40,46 @@ def fitted_offsets(below, least, above):
 
 
 @inlined
-def choose_of_target(chosen, columns, tiles, tile_row, scratch, target, target_columns):
+def choose_of_target(chosen, columns, scratch, target, target_columns):
     """
     Give each target pixel the label of the cheapest pixel that points at it.
 
     The nearer of two that point at one pixel hides the other: it may cost HIDES more. All but the
-    sizes are addresses of a row. chosen: labels, bytes of one, and their sums, uint8; tiles: the
-    `Tiles`, by whose order of genes the nearer of two comes later; scratch: see Scratch; target:
-    uint8, labels modulo 256, 0 where no pixel points; its last columns are those of the pixels,
-    any more come before them.
+    sizes are addresses of a row. chosen: labels, bytes of one, and their sums, uint8; scratch: see
+    Scratch; target: uint8, labels modulo 256, 0 where no pixel points; its last columns are those
+    of the pixels, any more come before them.
     """
     (labels, label_bytes, sums), extra = chosen, target_columns - columns
     kind = high = splat(np.uint8(0))
-    none, full, lanes = kind, splat_like(kind, 255), lane_numbers(kind)
+    full, lanes = splat_like(kind, 255), lane_numbers(kind)
     offers, found = scratch.offers, scratch.offers + LANES + target_columns
     for place in range(target_columns, 0, -LANES):      # a vector lies before the first one
         store(offers, place, full)
-        store(found, place, none)
-    for column in range(tiles.columns):
-        tile, end = tile_row * tiles.columns + column, min((column + 1) * SIDE, columns)
-        own = at_most(splat_like(kind, (column + 1) * SIDE - end), lanes)
+        store(found, place, kind)
+    for column in range(0, columns, LANES):
+        end = min(column + LANES, columns)
         low = pixels_of(kind, labels, label_bytes, 0, end, scratch.spare)
-        low = reversed_lanes(low, low)
         if label_bytes == 2:
             high = pixels_of(kind, labels, label_bytes, 0, end, scratch.spare, 1)
-            high = reversed_lanes(high, high)
         cost = pixels_of(kind, sums, 1, 0, end, scratch.spare)
         cost = reversed_lanes(cost, cost)
-        genes = tiles.genes + 2 * tiles.stride * tile
-        for index in range(load_long(tiles.counts, tile)):
-            label = np.int64(load_short(genes, index))
-            here = bit_and(own, bit_and(equal(low, splat_like(kind, label)),
-                                        equal(high, splat_like(kind, label >> 8))))
+        wide = bit_or(widen(reversed_lanes(low, low)),
+                      shift_left(widen(reversed_lanes(high, high)), 8))
+        # what has had its turn, and columns that do not exist or belong to the vector before
+        done = widen(less(lanes, splat_like(kind, column + LANES - end)))
+        left = bit_or(wide, bit_or(done, shift_left(done, 8)))
+        label = np.int64(lowest(left))
+        while label != LAST:        # the nearer of two later
+            here = equal(left, splat_like(left, label))
+            left, here = bit_or(left, here), narrow(here)
             place = extra + end - label     # of column end - LANES, a vector before it
-            if place > 0 and equal_bits(here, none) != NONE:
-                known = load_like(kind, offers, place)
+            if place > 0:
+                offered = load_like(kind, offers, place)
                 taken = bit_and(here, at_most(cost, saturating_add(
-                    known, splat_like(kind, HIDES))))
-                store(offers, place, choose(taken, cost, known))
+                    offered, splat_like(kind, HIDES))))
+                store(offers, place, choose(taken, cost, offered))
                 store(found, place, choose(
                     taken, splat_like(kind, label), load_like(kind, found, place)))
+            label = np.int64(lowest(left))
     for column in range(target_columns):
         store_byte(target, column, load_byte(found, LANES + column))
