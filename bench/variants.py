@@ -12,7 +12,7 @@ from fuzzy_stereo_ros.matching.paper.fitness import Lineage
 from fuzzy_stereo_ros.matching.paper.matcher import Stages as PaperStages
 from fuzzy_stereo_ros.matching.quality.matcher import Stages as QualityStages
 from fuzzy_stereo_ros.matching.quality.operators import OPERATORS
-from fuzzy_stereo_ros.matching.realtime.generation import Generation
+from fuzzy_stereo_ros.matching.realtime.generation import InheritedGenes
 from fuzzy_stereo_ros.matching.realtime.matcher import STAGES
 from fuzzy_stereo_ros.matching.realtime.operators import NotMutated
 from fuzzy_stereo_ros.matching.realtime.warm_start import WarmStart
@@ -48,7 +48,7 @@ class Line:
                    + exchange.pairs[rows > line, 1:].sum())
 
 
-class OwnGenes(Generation):
+class OwnGenes(InheritedGenes):
     """
     A cell keeps to its own gene of the half-size chromosome, mutated by one.
 
@@ -57,7 +57,7 @@ class OwnGenes(Generation):
     """
 
     def select(self, chain, half, previous, prior):
-        """Select as Generation does, with its own genes as both priors."""
+        """Select as InheritedGenes does, with its own genes as both priors."""
         own = half.prior.labels
         self._held = Prior(own, np.full(own.shape, weight_of(1, 15), np.uint8))
         return super().select(chain, half._replace(prior=self._held), None, self._held)

@@ -100,7 +100,7 @@ def _snapshot(matcher, number, images, genes, former, match=None):
     config, algorithm = matcher.config, matcher.algorithm
     population, origin = algorithm.population, None
     if match is not None and config.algorithm == 'realtime':
-        # Generation.origin_of_genes counts from mutation to the previous best.
+        # InheritedGenes.origin_of_genes counts from mutation to the previous best.
         origin = MUTATED - algorithm.origin_of_genes()
     elif former is not None and former.shape == genes.shape:
         origin = origin_of_fittest_child(

@@ -135,7 +135,7 @@ class AllLabels(Selection):
         return self._select(chain, after)
 
 
-class Generation(Selection):
+class InheritedGenes(Selection):
     """The selection among the genes of parents; genes, origins: see `Tiles`."""
 
     def __init__(self, possibility, few=False, mutation=1, grow=GROW):

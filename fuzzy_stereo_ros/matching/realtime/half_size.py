@@ -18,7 +18,7 @@ from fuzzy_stereo_ros.matching.kernels.refinement.consistency import check_consi
 from fuzzy_stereo_ros.matching.kernels.refinement.square_median import square_median
 from fuzzy_stereo_ros.matching.kernels.scanlines import half_size_prior
 from fuzzy_stereo_ros.matching.kernels.scanlines.selection import SearchResult
-from fuzzy_stereo_ros.matching.realtime.generation import AllLabels, gene_type, Generation
+from fuzzy_stereo_ros.matching.realtime.generation import AllLabels, gene_type, InheritedGenes
 from fuzzy_stereo_ros.matching.realtime.refinement import Speckles
 import numpy as np
 
@@ -56,7 +56,7 @@ class SmallSize:
         """possibilities: the `CensusPossibility` of this size, and of each smaller one."""
         own, *smaller = possibilities
         self._smaller = SmallSize(smaller) if smaller else None
-        self._selection = Generation(own, grow=GROW) if smaller else AllLabels(own)
+        self._selection = InheritedGenes(own, grow=GROW) if smaller else AllLabels(own)
         self._target_range, shape = own.target_range, (own.rows, own.columns)
         validity = zeros(shape, np.uint8)
         labels, self._filled = (zeros(shape, gene_type(own.disparities)) for _ in range(2))

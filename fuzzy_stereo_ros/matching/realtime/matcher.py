@@ -19,7 +19,7 @@ from fuzzy_stereo_ros.matching.evolution import Durations, evolve, Random, Stopw
 from fuzzy_stereo_ros.matching.match import Match
 from fuzzy_stereo_ros.matching.over_frames.pictures import NoiseEstimate
 from fuzzy_stereo_ros.matching.realtime.fitness import CensusFitness
-from fuzzy_stereo_ros.matching.realtime.generation import Generation
+from fuzzy_stereo_ros.matching.realtime.generation import InheritedGenes
 from fuzzy_stereo_ros.matching.realtime.half_size import HalfSize
 from fuzzy_stereo_ros.matching.realtime.operators import NotMutated, Population, WeakRegions
 from fuzzy_stereo_ros.matching.realtime.plain_regions import PlainRegions
@@ -38,7 +38,7 @@ class Stages(NamedTuple):
     The stages that can be exchanged, as the ablation does (bench/variants.py).
 
     generation: called with the `CensusPossibility` of full images, returns what selects the
-    chromosome at full size, see Generation
+    chromosome at full size, see InheritedGenes
     noise: called with rows and columns, returns a noise estimate, see NoiseEstimate
     describe: called with a `CensusPicture` and a range of rows, writes the features of its pixels
     previous_best: called as `WarmStart.previous_best`, returns the previous best as a parent, and
@@ -50,7 +50,7 @@ class Stages(NamedTuple):
     the mutation by planes of weak regions, see WeakRegions
     """
 
-    generation: Callable = Generation
+    generation: Callable = InheritedGenes
     noise: Callable = NoiseEstimate
     describe: Callable = CensusPicture.describe
     previous_best: Callable = WarmStart.previous_best
@@ -61,7 +61,7 @@ class Stages(NamedTuple):
 
 # by MatcherConfig.planes
 STAGES = {True: Stages(), False: Stages(
-    generation=partial(Generation, few=True), vote=NotMutated, mutation=NotMutated)}
+    generation=partial(InheritedGenes, few=True), vote=NotMutated, mutation=NotMutated)}
 
 
 class RealtimeMatcher:

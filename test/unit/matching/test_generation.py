@@ -12,7 +12,7 @@ from fuzzy_stereo_ros.matching.kernels.scanlines.tile_genes import (
     HALF_SIZE, MOST_GENES, PREVIOUS, SIDE)
 from fuzzy_stereo_ros.matching.kernels.temporal.change_detection import TILE
 from fuzzy_stereo_ros.matching.realtime.generation import (
-    AllLabels, gene_type, Generation, GROW, parent_of)
+    AllLabels, gene_type, GROW, InheritedGenes, parent_of)
 from fuzzy_stereo_ros.matching.realtime.possibility import FULL_SIZE, HALF_SIZE as BOXED
 from fuzzy_stereo_ros.matching.realtime.views import half_disparities
 from hypothesis import example, given, settings, strategies as st
@@ -54,7 +54,7 @@ class Selected:
             before = (self._map(size, 4, disparities, kind), random_map(size, 3, seed + 9), cell,
                       1, 0, choices.astype(np.int8) if cell == 1 else None, TILE, shift)
             parents.append((PREVIOUS, before))
-        self.generation, chain = Generation(possibility, few, mutation), Chain(ThreadPool(1))
+        self.generation, chain = InheritedGenes(possibility, few, mutation), Chain(ThreadPool(1))
         generation = self.generation
         for memory in (*generation._memory, generation._lines, generation._squares):
             memory[:] = 255 * (seed % 2)        # of the generation before nothing counts
