@@ -246,9 +246,8 @@ def _ages_at(ages, across, down):
     """Return the ages of tiles, float32 (tile rows, tile columns), where their middles were."""
     rows, columns = (np.minimum(np.arange(number) * TILE + TILE // 2, size - 1)
                      for number, size in zip(ages.shape, across.shape))
-    place = (np.floor_divide(found[np.ix_(rows, columns)], TILE).astype(np.intp)
-             for found in (down, across))
-    row, column = place
+    row, column = (np.floor_divide(found[np.ix_(rows, columns)], TILE).astype(np.intp)
+                   for found in (down, across))
     inside = (row >= 0) & (row < ages.shape[0]) & (column >= 0) & (column < ages.shape[1])
     return np.where(inside, ages[np.clip(row, 0, ages.shape[0] - 1),
                                  np.clip(column, 0, ages.shape[1] - 1)], 0).astype(np.float32)

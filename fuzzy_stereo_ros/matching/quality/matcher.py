@@ -15,12 +15,12 @@ from typing import NamedTuple
 from fuzzy_stereo_ros.matching.bands import ThreadPool
 from fuzzy_stereo_ros.matching.crossover import Cut, Exchange
 from fuzzy_stereo_ros.matching.evolution import evolve, Stopwatch
-from fuzzy_stereo_ros.matching.kernels.planes.costs import UNIT
+from fuzzy_stereo_ros.matching.kernels.planes.costs import reject_unfounded, UNIT
 from fuzzy_stereo_ros.matching.match import Match, mirrored
 from fuzzy_stereo_ros.matching.over_frames.inheritance import Inheritance
 from fuzzy_stereo_ros.matching.quality.exposure import exposed_alike
 from fuzzy_stereo_ros.matching.quality.fitness import PlaneFitness
-from fuzzy_stereo_ros.matching.quality.operators import ask_for_evidence, OPERATORS
+from fuzzy_stereo_ros.matching.quality.operators import OPERATORS
 from fuzzy_stereo_ros.matching.quality.planes import local_planes, segments_of
 from fuzzy_stereo_ros.matching.quality.population import EvolvingView, Population
 from fuzzy_stereo_ros.matching.quality.result import refine, without_uncertain
@@ -75,13 +75,13 @@ class Stages(NamedTuple):
 
     crossover: called with rows, columns and 4 neighbours, returns a crossover of an `Exchange`
     operators: {name: operator}, in the order in which they are called
-    evidence: a check of proposals, called as ask_for_evidence
+    evidence: a check of proposals, called as reject_unfounded
     inheritance: called as Inheritance, returns what a frame takes over of the previous one
     """
 
     crossover: Callable = Cut
     operators: dict = OPERATORS
-    evidence: Callable = ask_for_evidence
+    evidence: Callable = reject_unfounded
     inheritance: Callable = Inheritance
 
 

@@ -9,13 +9,7 @@ alone, since a smooth plane is fitter than a rough surface even where these have
 as in shadows on a road: a region moves only if its matches, without smoothness, are not less
 possible. A small loss is allowed for each pixel on which the two views disagree.
 """
-from fuzzy_stereo_ros.matching.kernels.planes.costs import reject_unfounded
 from fuzzy_stereo_ros.matching.quality.planes import planes_of, region_planes
-
-
-def ask_for_evidence(labels, old, new, trusted, selected):
-    """Set `selected` to false in regions that the images are evidence against."""
-    reject_unfounded(labels, old, new, trusted, selected)
 
 
 def segment_planes(population, random):

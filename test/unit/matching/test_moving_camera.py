@@ -6,6 +6,7 @@ from functools import cache
 
 from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
 from fuzzy_stereo_ros.matching.kernels.temporal import warp
+from fuzzy_stereo_ros.matching.kernels.temporal.change_detection import TILE
 from fuzzy_stereo_ros.matching.kernels.units import STEPS
 from fuzzy_stereo_ros.matching.match import Camera
 from fuzzy_stereo_ros.matching.over_frames import moving_camera
@@ -207,3 +208,16 @@ def test_an_impossible_calibration_raises_no_error(camera):
     for pair in drive(6, noise=6.0)[:3]:
         match = made.match(pair.left, pair.right, camera=camera)
     assert match.motion != '' and np.isfinite(match.disparity).all()
+
+
+@given(st.integers(-100, 100), st.integers(-100, 100))
+def test_tiles_are_as_old_as_those_that_were_there_and_new_where_none_was(down, right):
+    ages = np.arange(1, 21, dtype=np.float32).reshape(4, 5)
+    expected, (rows, columns) = np.zeros_like(ages), np.mgrid[:4 * TILE, :5 * TILE]
+    for tile in np.ndindex(ages.shape):
+        row, column = ((TILE * place + TILE // 2 + moved) // TILE
+                       for place, moved in zip(tile, (down, right)))
+        if 0 <= row < 4 and 0 <= column < 5:
+            expected[tile] = ages[row, column]
+    assert np.array_equal(moving_camera._ages_at(
+        ages, columns + np.float32(right), rows + np.float32(down)), expected)
