@@ -130,7 +130,11 @@ def _distance_to_root(offsets, trees, node, now):
 
 @called
 def _adopt(network, trees, now, active, end, orphans, begin):
-    """Find new parents for the orphans, or free them; return the new end of the active nodes."""
+    """
+    Find new parents for the orphans, or free them; return the new end of the active nodes.
+
+    begin: place of the first orphan in their ring; the last one lies before place 0
+    """
     stop = np.int64(0)
     offsets, capacity, _ = network
     tree, parent, stamp, distance = trees

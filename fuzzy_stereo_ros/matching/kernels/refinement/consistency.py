@@ -90,7 +90,7 @@ def reject_changed(labels, genes, validity, final_validity, first, last):
         line, changed, valid, final = labels[row], genes[row], validity[row], final_validity[row]
         for column in range(line.size):
             away = abs(np.int32(line[column]) - np.int32(changed[column]))
-            # the largest; AVX2 masks no bytes, LLVM 14 makes no vectors of a choice
+            # the largest validity; LLVM 14 makes no vectors of this choice
             final[column] = max(valid[column], np.uint8(INVALID) * np.uint8(away > 1))
 
 

@@ -31,9 +31,9 @@ def fit(labels, offsets, validity, fitted, first, last):
         fitted[row, columns + RADIUS:] = INVALID_FIT
         inside, line = fitted[row, RADIUS:RADIUS + columns], labels[row]
         offset, valid = offsets[row], validity[row]
-        for column in range(columns):       # LLVM 14 makes no vectors of a choice
-            nearer = STEPS * np.int32(line[column]) + np.int32(offset[column]) - none
-            inside[column] = none + np.int32(valid[column] != INVALID) * nearer
+        for column in range(columns):       # LLVM 14 makes no vectors of this choice
+            above = STEPS * np.int32(line[column]) + np.int32(offset[column]) - none
+            inside[column] = none + np.int32(valid[column] != INVALID) * above
 
 
 @kernel
@@ -125,7 +125,7 @@ def certainty(sums, margins, half, validity, certain, first, last):
 
 
 @called
-def _mirrored(index, size):
+def _reflected(index, size):
     """Return the index inside of so many for one beyond their ends, which are not repeated."""
     while index < 0 or index >= size:
         index = 0 if size == 1 else -index if index < 0 else 2 * (size - 1) - index
@@ -134,8 +134,8 @@ def _mirrored(index, size):
 
 @called
 def _add_row(certain, row, sign, sums):
-    """Add a row, mirrored beyond the image, to the sums of columns, or take it off: sign -1."""
-    line, inside = certain[_mirrored(row, certain.shape[0])], sums[AROUND // 2:]
+    """Add a row, reflected beyond the image, to the sums of columns, or take it off: sign -1."""
+    line, inside = certain[_reflected(row, certain.shape[0])], sums[AROUND // 2:]
     for column in range(line.size):
         inside[column] += np.int32(sign) * np.int32(line[column])
 
@@ -143,7 +143,7 @@ def _add_row(certain, row, sign, sums):
 @kernel(allocates=True)
 def sum_around(certain, around, first, last):
     """
-    Sum up the certainties of AROUND x AROUND pixels, mirrored beyond the image.
+    Sum up the certainties of AROUND x AROUND pixels, reflected beyond the image.
 
     certain: uint16 (R, C); around: int32 (R, C), of which some rows are written
     """
@@ -154,9 +154,9 @@ def sum_around(certain, around, first, last):
     for row in range(first, last):
         _add_row(certain, row + reach, 1, sums)
         for place in range(reach):
-            sums[place] = sums[reach + _mirrored(place - reach, columns)]
+            sums[place] = sums[reach + _reflected(place - reach, columns)]
             behind = reach + columns + place
-            sums[behind] = sums[reach + _mirrored(columns + place, columns)]
+            sums[behind] = sums[reach + _reflected(columns + place, columns)]
         line = around[row]
         for column in range(columns):
             total = np.int32(0)
