@@ -97,7 +97,7 @@ class RowAlignment:
     def __init__(self, config):
         """config: a MatcherConfig; its range and `align_rows` count."""
         self._lowest, self._disparities = config.min_disparity, config.disparities
-        self._undoes, self._moved = config.align_rows, None
+        self._undoes, self._moved, self._moved_by = config.align_rows, None, None
         self._fitted, self._seen = (None, None), (None, None, None)
 
     def align(self, pool, rows, left, right, rig):
@@ -107,6 +107,7 @@ class RowAlignment:
         pool: a ThreadPool; rows: the Rows after the pair before; left, right: uint8 or uint16,
         (R, C) or (R, C, 3) BGR, of one size and dtype; rig: of `rig_of`
         """
+        self._moved_by = None
         rows = self._stepped(rows.of(rig), left.shape[:2])      # by this configuration
         if rows.pair == rows.search:
             rows = self._searched(pool, rows, left, right)
@@ -129,7 +130,8 @@ class RowAlignment:
         rows = rows._replace(low=low, usual=rows.usual + (
             MEMORY if rows.usual else 1) * (confidence - rows.usual))
         if self._is_due(pair) and not (pair == 0 and self._is_sure(rows, shape)):
-            found = corner_offsets(left, right, match.disparity, match.confidence, rows.undone)
+            found = corner_offsets(normalised(left), normalised(right), match.disparity,
+                                   match.confidence, rows.undone)
             rows = self._stepped(rows.with_points(found, shape), shape)
             if len(found) >= FEWEST[0]:
                 rows = rows._replace(pause=PERIOD)
@@ -151,11 +153,11 @@ class RowAlignment:
     def _searched(self, pool, rows, left, right):
         """Return the Rows with the offset of features, if block matching confirms it."""
         shape = left.shape[:2]
-        found = feature_offsets(left, right, self._lowest, self._disparities)
+        images = normalised(left), normalised(right)
+        found = feature_offsets(*images, self._lowest, self._disparities)
         alone = Rows().with_points(found, shape)
         known, measured = self.measured(rows, shape), self.measured(alone, shape)
-        if measured is None or not self._confirmed(
-                pool, left, right, rows.undone, measured):
+        if measured is None or not self._confirmed(pool, right, images, rows.undone, measured):
             return rows
         if not len(rows.points) or known is not None and measured.deviation(known.terms) > KNOCK:
             rows = rows._replace(points=alone.points)
@@ -175,24 +177,30 @@ class RowAlignment:
         terms = measured.terms
         return rows._replace(undone=terms * (np.abs(PLACES @ terms).max() > LEAST_OFFSET))
 
-    def _confirmed(self, pool, left, right, undone, measured):
-        """Return whether half-size images match as well with a Misalignment undone as before."""
+    def _confirmed(self, pool, right, images, undone, measured):
+        """
+        Return whether half-size images match as well with a Misalignment undone as before.
+
+        right: as it came; images: the pair, `normalised`
+        """
         if measured.deviation(undone) <= LEAST_OFFSET:
             return True
         matcher = cv2.StereoBM_create(-(-self._disparities // 32) * 16, BLOCK_SIDE)
         matcher.setMinDisparity(self._lowest // 2)
         matcher.setUniquenessRatio(UNIQUE)
         matcher.setDisp12MaxDiff(1)
-        left, lowest = reduced(normalised(left), 2), 16 * (self._lowest // 2)
-        fewer, more = (np.count_nonzero(matcher.compute(left, reduced(normalised(
-            self._shifted(pool, right, terms)), 2)) >= lowest)
-            for terms in (undone, measured.terms))
+        left, lowest = reduced(images[0], 2), 16 * (self._lowest // 2)
+        fewer, more = (np.count_nonzero(matcher.compute(left, reduced(
+            normalised(self._shifted(pool, right, terms)) if terms.any() else images[1],
+            2)) >= lowest) for terms in (undone, measured.terms))
         return more >= FEWER * fewer
 
     def _shifted(self, pool, image, terms):
-        """Return an image at rows that differ by the offset of terms; as it is for none."""
+        """Return the right image at rows that differ by terms, as it is for none of them."""
         if not terms.any():
             return image
+        if self._moved_by is not None and np.array_equal(terms, self._moved_by):
+            return self._moved
         if self._moved is None or (self._moved.shape, self._moved.dtype) != (
                 image.shape, image.dtype):
             self._moved = np.empty_like(image)
@@ -201,6 +209,7 @@ class RowAlignment:
         largest = np.float32(np.iinfo(image.dtype).max)
         pool.each(lambda band: shift_rows(source, channels, terms, largest, moved, *band[1:]),
                   cut_bands(rows))
+        self._moved_by = terms
         return self._moved
 
     def nearest_seen(self, rows, shape):

@@ -239,12 +239,11 @@ def feature_offsets(left, right, min_disparity, disparities):
 
     Column and row in the right image, and row offset, px. ORB features (Rublee et al., 2011) of
     half-size images are matched in two dimensions: along rows within the range of disparities,
-    and up to LARGEST_OFFSET across them. left, right: uint8 or uint16, (R, C) or (R, C, 3) BGR.
+    and up to LARGEST_OFFSET across them. left, right: uint8 (R, C), `normalised`.
     """
     rows, columns = left.shape[:2]
     if min(rows, columns) < 4 * WINDOW:
         return np.empty((0, 3))
-    left, right = normalised(left), normalised(right)
     (there, left_bits), (here, right_bits) = (
         _features(reduced(image, 2), 2, FEATURES, FEATURE_SIZE) for image in (left, right))
     if not len(there) or not len(here):
@@ -264,7 +263,6 @@ def corner_offsets(left, right, disparity, confidence, terms=(0.0, 0.0, 0.0, 0.0
     rows, columns = disparity.shape
     if min(rows, columns) < 4 * WINDOW:
         return np.empty((0, 3))
-    left, right = normalised(left), normalised(right)
     corners = _confident_corners(left, confidence)
     column, row = corners.astype(int).T
     expected = corners.copy()

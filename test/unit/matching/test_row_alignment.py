@@ -12,7 +12,7 @@ from fuzzy_stereo_ros.matching.match import Camera
 from fuzzy_stereo_ros.matching.plausibility import CONFIRMED
 from fuzzy_stereo_ros.matching.row_alignment import (
     LEAST_DOUBT, PERIOD, RowAlignment, Rows)
-from fuzzy_stereo_ros.matching.row_offsets import feature_offsets, terms_at
+from fuzzy_stereo_ros.matching.row_offsets import feature_offsets, normalised, terms_at
 from fuzzy_stereo_ros.synthetic.scenes import make_pair
 from hypothesis import given, settings, strategies as st
 from made_scenes import bits, LARGE, large_scene, wrong
@@ -130,7 +130,8 @@ def test_corners_of_the_first_pair_are_measured_where_its_features_leave_doubt(
     left, right, *_ = make_pair(rows, columns, 32, seed, noise=float(noise))
     matcher = StereoMatcher(MatcherConfig(disparities=32, threads=1))
     matcher.match(left, right)
-    features = Rows().with_points(feature_offsets(left, right, 0, 32), (rows, columns))
+    features = Rows().with_points(feature_offsets(
+        normalised(left), normalised(right), 0, 32), (rows, columns))
     alone = features.measured((rows, columns))
     assert len(matcher.rows.points) > len(features.points) or (
         alone is not None and alone.doubts_at_places.max() < LEAST_DOUBT)

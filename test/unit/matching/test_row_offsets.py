@@ -4,8 +4,8 @@
 from bench.conditions import misaligned
 from fuzzy_stereo_ros.matching import MatcherConfig, row_offsets, StereoMatcher
 from fuzzy_stereo_ros.matching.row_offsets import (
-    corner_offsets, feature_offsets, Misalignment, misalignment_of, row_offset_in_words,
-    terms_at)
+    corner_offsets, feature_offsets, Misalignment, misalignment_of, normalised,
+    row_offset_in_words, terms_at)
 from fuzzy_stereo_ros.synthetic.scenes import make_sequence
 from hypothesis import example, given, settings, strategies as st
 from made_scenes import LARGE, large_scene
@@ -18,7 +18,7 @@ ROWS, COLUMNS, DISPARITIES = LARGE
 
 def known(made, right=None):
     """Return what `corner_offsets` takes of a made pair, its truth as the disparity."""
-    return (made.left, made.right if right is None else right, made.truth,
+    return (normalised(made.left), normalised(made.right if right is None else right), made.truth,
             made.visible.astype(np.float32))
 
 
@@ -45,8 +45,9 @@ def test_tilt_roll_and_zoom_are_recovered_to_a_tenth_of_a_pixel_and_told_by_kind
     left = form(scene.left) if deep else scene.left
     right = form(misaligned(scene.right, tilt=tilt, roll=roll, zoom=zoom))
     edges = tilt, np.deg2rad(roll) * COLUMNS / 2, zoom / 100 * ROWS / 2
-    for offsets in (feature_offsets(left, right, 0, DISPARITIES),
-                    corner_offsets(left, right, *known(scene)[2:])):
+    images = normalised(left), normalised(right)
+    for offsets in (feature_offsets(*images, 0, DISPARITIES),
+                    corner_offsets(*images, *known(scene)[2:])):
         found = misalignment_of([offsets], ROWS, COLUMNS)
         assert found[:3] == pytest.approx(edges, abs=0.1)
         assert max(found.doubts) < 0.06
@@ -119,8 +120,9 @@ def test_a_fault_is_a_reason_to_warn_unless_it_is_undone_well():
 
 @pytest.mark.parametrize('shape', [(1, 1), (10, 400), (59, 80), (60, 60), (61, 103)])
 def test_small_and_plain_images_tell_nothing_and_break_nothing(shape):
-    plain, textured = np.full(shape, 90, np.uint8), np.random.default_rng(0).integers(
-        0, 255, shape, np.uint8)
+    plain, textured = (normalised(image) for image in (
+        np.full(shape, 90, np.uint8),
+        np.random.default_rng(0).integers(0, 255, shape, np.uint8)))
     zero, one, unknown = (np.full(shape, value, np.float32) for value in (0, 1, np.nan))
     for found in (corner_offsets(plain, plain, zero, one),
                   corner_offsets(textured, textured, zero, zero),
@@ -138,8 +140,8 @@ def test_invalid_pixels_take_no_part_and_the_right_image_as_reference_tells_the_
     found = corner_offsets(left, right, disparity, confidence)
     assert len(found) > 10
     assert (found[:, 0] < 160).all() and (found[:, 1] >= 119).all()
-    right = misaligned(right, tilt=0.7, roll=0.2)
-    one, other = (matched([(left, right)], DISPARITIES, reference=reference)
+    right = misaligned(scene.right, tilt=0.7, roll=0.2)
+    one, other = (matched([(scene.left, right)], DISPARITIES, reference=reference)
                   for reference in ('left', 'right'))
     assert one[:2] == pytest.approx((0.7, np.deg2rad(0.2) * COLUMNS / 2), abs=0.1)
     assert other.terms == pytest.approx(one.terms, abs=0.1)

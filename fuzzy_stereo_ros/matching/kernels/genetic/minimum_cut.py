@@ -88,18 +88,23 @@ def _narrowest(network, parent, node, side):
 
 
 @called
-def _push(network, parent, node, side, flow, orphans, begin):
-    """Send flow along that way; put nodes cut off in front of the orphans; return their begin."""
+def _push(network, parent, node, flow, orphans, begin):
+    """
+    Send flow along that way; put nodes cut off in front of the orphans; return their begin.
+
+    flow: above 0 to a node of the source's trees, below 0 to one of the sink's
+    """
     offsets, capacity, supply = network
+    side = SOURCE if flow > 0 else SINK
     while parent[node] != ROOT:
         direction = np.int64(parent[node])
         above = node + offsets[direction]
-        capacity[node, direction] += side * flow
-        capacity[above, direction ^ 1] -= side * flow
+        capacity[node, direction] += flow
+        capacity[above, direction ^ 1] -= flow
         if _fits(capacity, node, above, direction, side) == 0:
             begin = _cut_off(parent, node, orphans, begin)
         node = above
-    supply[node] -= side * flow
+    supply[node] -= flow
     return begin if supply[node] else _cut_off(parent, node, orphans, begin)
 
 
@@ -265,7 +270,7 @@ def maximum_flow(nodes, network, trees):
                    _narrowest(network, parent, sink, SINK))
         capacity[source, across] -= flow
         capacity[sink, across ^ 1] += flow
-        first = _push(network, parent, source, SOURCE, flow, orphans, 0)
-        first = _push(network, parent, sink, SINK, flow, orphans, first)
+        first = _push(network, parent, source, flow, orphans, 0)
+        first = _push(network, parent, sink, -flow, orphans, first)
         end = _adopt(network, trees, now, active, end, orphans, first)
     return now

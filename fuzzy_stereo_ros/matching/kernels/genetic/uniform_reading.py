@@ -310,31 +310,29 @@ def _try(patch, middle, gene, features, chromosome, spare, width):
 
 
 @inlined
-def _measure(patch, lines, weights, chromosome, spare, width, rows):
+def _measure(patch, lines, weights, chromosome, spare, width):
     """Write the fitness of lines of a patch into the spare; return what is gained there."""
     genes, chosen, fitness = chromosome
     first, gain = max(patch.left - 1, 1), np.int64(0)
     while lines != 0:
         line = patch.top - 1 + simd.first_set(lines)
         lines &= lines - np.uint32(1)
-        if 1 <= line <= rows:
-            start = line * width + first
-            block = fitness_of_block(genes, chosen, weights, start, width, genes.size)
-            simd.store(spare.fitness, simd.LANES * (line - patch.top + 1), block)
-            gain += simd.total(block) - simd.total(simd.load(fitness, start))
+        start = line * width + first
+        block = fitness_of_block(genes, chosen, weights, start, width, genes.size)
+        simd.store(spare.fitness, simd.LANES * (line - patch.top + 1), block)
+        gain += simd.total(block) - simd.total(simd.load(fitness, start))
     return gain
 
 
 @inlined
-def _keep(patch, lines, chromosome, spare, width, rows):
+def _keep(patch, lines, chromosome, spare, width):
     """Take the fitness that was measured."""
     first = max(patch.left - 1, 1)
     while lines != 0:
         line = patch.top - 1 + simd.first_set(lines)
         lines &= lines - np.uint32(1)
-        if 1 <= line <= rows:
-            simd.store(chromosome[2], line * width + first,
-                       simd.load(spare.fitness, simd.LANES * (line - patch.top + 1)))
+        simd.store(chromosome[2], line * width + first,
+                   simd.load(spare.fitness, simd.LANES * (line - patch.top + 1)))
 
 
 @inlined
@@ -381,12 +379,14 @@ def mutate_by_patches(key, patches, larger, possibility, colours, weights, chrom
         changed = _try(patch, middle, gene, features, flat, spare, width)
         if changed == 0:
             continue
-        # the lines, from top - 1 on, whose fitness changes
+        # the lines of the image, from top - 1 on, whose fitness changes
         around = changed | changed << np.uint32(1) | changed << np.uint32(2)
-        gain = _measure(patch, around, flat_weights, flat, spare, width, rows)
+        around &= np.uint32((2 << (min(patch.bottom, rows) - patch.top + 1)) - 1
+                            - (patch.top == 1))
+        gain = _measure(patch, around, flat_weights, flat, spare, width)
         if gain < 0:
             _undo(patch, changed, flat, spare, width)
         else:
-            _keep(patch, around, flat, spare, width, rows)
+            _keep(patch, around, flat, spare, width)
             gained += gain
     return gained

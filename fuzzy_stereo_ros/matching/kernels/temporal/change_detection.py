@@ -65,8 +65,7 @@ def compare_tiles(now, before, down, right, differences, first, last):
                 _copy_coarse(before[row - down, begin - right:end - right], line[begin + 1:])
                 line[begin], line[end + 1] = line[begin + 1], line[end]
         for tile in range(0, differences.shape[2], LANES // TILE):
-            _compare(now.reshape(-1), now.shape[1], old.reshape(-1), width, (above, below),
-                     load(compared, tile * TILE), tile, sums)
+            _compare(now, old, (above, below), load(compared, tile * TILE), tile, sums)
         _write_measures(sums, max(below - above, 0), begin, end, differences[:, tile_row])
 
 
@@ -78,14 +77,15 @@ def _copy_coarse(line, coarse):
 
 
 @inlined
-def _compare(now, stride, old, width, rows, compared, tile, sums):
+def _compare(now, old, rows, compared, tile, sums):
     """
     Sum up the LANES columns from a tile on, of which some are compared.
 
     old: rows of the picture before from one column to the left on; sums: int64 (MEASURES + 2,
     tiles), written
     """
-    above, below = rows
+    (above, below), stride, width = rows, now.shape[1], old.shape[1]
+    now, old = now.reshape(-1), old.reshape(-1)
     left, none = tile * TILE, subtract(compared, compared)
     one, steepest = splat_like(none, 1), splat_like(none, LARGEST_SLOPE)
     flattest = subtract(none, steepest)
