@@ -129,14 +129,9 @@ class Averaging:
         self.noise, self.shift, self.pictures, self.share = 0.0, (0, 0), None, 0.0
 
     @property
-    def ages(self):
-        """A copy of the ages of both views' tiles: float32 (2, tile rows, tile columns)."""
-        return self._both.ages.copy()
-
-    @property
-    def drifts(self):
-        """A copy of the drifts of both views' tiles: float32 (2, 2, tile rows, tile columns)."""
-        return self._both.drifts.copy()
+    def kept(self):
+        """The pictures, and copies of the ages and drifts of their tiles: of a `FrameState`."""
+        return self.pictures, self._both.ages.copy(), self._both.drifts.copy()
 
     def _restart(self, pool, views):
         """Start anew with the pictures of this frame."""
@@ -235,7 +230,7 @@ class Averaging:
         for tiles in self.tiles:
             add_drifts(tiles.differences, tiles.choices, tiles.drifts_then, tiles.drifts)
             reject_drifting(tiles.choices, tiles.ages, tiles.drifts)
-        ages_of_both(self.ages, labels, self._offset, self.shifts[0], self.tiles[0].choices,
+        ages_of_both(self._both.ages, labels, self._offset, self.shifts[0], self.tiles[0].choices,
                      self.ages_of_both)
 
     def blend(self, pool, pictures, sides, before, after, louder=1.0):

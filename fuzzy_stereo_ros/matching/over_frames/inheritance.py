@@ -16,7 +16,7 @@ from fuzzy_stereo_ros.matching.kernels.units import CONSISTENT
 from fuzzy_stereo_ros.matching.over_frames.averaging import ANOTHER, Averaging, History
 from fuzzy_stereo_ros.matching.over_frames.moving_camera import MovingCamera
 from fuzzy_stereo_ros.matching.over_frames.pictures import (
-    is_noisy, luminance_shift, NoiseEstimate, Picture)
+    luminance_shift, NoiseEstimate, NOISY, Picture)
 from fuzzy_stereo_ros.matching.over_frames.state import FrameState, NO_COLOURS
 import numpy as np
 
@@ -107,7 +107,7 @@ class Inheritance:
         averaging, moving = self._averaging, self._moving
         self.views[0].halve(self._half, 0, self._half.rows)
         self._noise.measure(self.views[0], self._half, 0, self.views[0].rows)
-        self.noisy = is_noisy(self._noise.level)
+        self.noisy = self._noise.level > NOISY
         number = len(self._channels) if self._coloured else 0
         if state is not None and len(state.colours) != number:
             state = None
@@ -186,9 +186,8 @@ class Inheritance:
         adds
         """
         cells = labels[::2, ::2][:self._half.rows, :self._half.columns].astype(np.float32)
-        averaging = self._averaging
         return FrameState(
-            averaging.pictures, averaging.ages, averaging.drifts, self._colours,
+            *self._averaging.kept, self._colours,
             self._moving.state(cells, (confidence < SURE_MATCH).astype(np.uint8)), own,
             self._left_shift, None, 0, config)
 

@@ -16,7 +16,7 @@ import numpy as np
 BRIGHTER = 0.001    # share of an image that may saturate
 SAMPLED = 8         # every SAMPLED-th row of an image of 8 bits is measured for its brightness
 DARK_BITS = 6       # largest number of bits that a dark image of 8 bits uses
-NOISY = 0.5         # grey levels of noise above which a picture is noisy
+NOISY = 0.5         # grey levels of noise above which averaging gains more than warping loses
 PLAINEST = 0.1       # share of the tiles, those of least second differences, that show noise
 _SECOND = 1.954      # mean size of second differences of white noise of 1
 _LOST = 0.75         # share of the variance of noise that halving a picture removes
@@ -93,15 +93,6 @@ def luminance_shift(left, right, before=None):
     if before is None or before >= needed or before < shift_for(BRIGHTER / 2, 1):
         return needed
     return before
-
-
-def is_noisy(noise):
-    """
-    Return whether a pair has so much noise that averaging gains more than warping loses.
-
-    noise: grey levels, standard deviation, before averaging
-    """
-    return noise > NOISY
 
 
 class NoiseEstimate:

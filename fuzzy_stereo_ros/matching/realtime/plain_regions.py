@@ -250,12 +250,9 @@ class PlainRegions:
                                  tuple(half.prior), self._disparities - 1)
             kernels.write_certainty(pieces, found.certainty, half.certainty)
         pool.each(partial(self._if_found, vote), bands)
-        pool.each(partial(self._if_found, self._judge), [self._nearest])
+        pool.each(partial(self._if_found, lambda nearest: judge(
+            self._found, self._disparities, nearest)), [self._nearest])
         pool.each(partial(self._if_found, write), bands)
-
-    def _judge(self, nearest):
-        """Judge the regions found; nearest: label from which on there is evidence."""
-        judge(self._found, self._disparities, nearest)
 
     def _pieces(self, band):
         """Return the pieces of the regions found in a band of rows."""

@@ -171,6 +171,5 @@ class Refinement:
             subpixel.write_out(
                 (self._fine, self._agreeing), self.final_validity, self._around, half.certainty,
                 bounds, disparity, confidence, *band[1:])
-        bands = pool.parts(len(labels))
-        pool.each(write_band, bands, reach=0)
+        pool.each(write_band, pool.parts(len(labels)), reach=0)
         return disparity, confidence

@@ -26,7 +26,7 @@ from fuzzy_stereo_ros.matching.kernels.temporal.change_detection import TILE
 from fuzzy_stereo_ros.matching.kernels.units import CONSISTENT, INVALID, OUTSIDE, STEPS
 from fuzzy_stereo_ros.matching.over_frames.averaging import Averaging, History
 from fuzzy_stereo_ros.matching.over_frames.moving_camera import MovingCamera, to_pixels
-from fuzzy_stereo_ros.matching.over_frames.pictures import is_noisy
+from fuzzy_stereo_ros.matching.over_frames.pictures import NOISY
 from fuzzy_stereo_ros.matching.over_frames.state import FrameState, NO_COLOURS
 from fuzzy_stereo_ros.matching.realtime.generation import gene_type, parent_of
 from fuzzy_stereo_ros.matching.realtime.still_scene import (
@@ -124,7 +124,7 @@ class WarmStart:
         camera: a `Camera` that may have moved, or None
         """
         self._moving.follow(pool, state, camera, views.half_grey, self._averaging.share)
-        if self._moving.average_warped(self._averaging, views.pictures, is_noisy(views.noise),
+        if self._moving.average_warped(self._averaging, views.pictures, views.noise > NOISY,
                                        state) is not None:
             self._strengths[:] = 0      # the previous map is not in place
 
@@ -248,9 +248,11 @@ class WarmStart:
         state: the FrameState of the previous frame, or None; config: the MatcherConfig
         """
         result = reused_result(state, self._averaging.tiles, config)
-        return result and replace(state, pictures=self._averaging.pictures,
-                                  ages=self._averaging.ages, drifts=self._averaging.drifts,
-                                  own=state.own._replace(**result._asdict()))
+        if result is None:
+            return None
+        pictures, ages, drifts = self._averaging.kept
+        return replace(state, pictures=pictures, ages=ages, drifts=drifts,
+                       own=state.own._replace(**result._asdict()))
 
     def keep(self, pool, labels, validity):
         """
@@ -276,10 +278,8 @@ class WarmStart:
         (labels, validity), self._kept = self._kept, None
         cells, *seen = self._seen(pool, before, refinement.fine_labels)
         result = new_result(before, self._averaging.tiles, match)
-        averaging = self._averaging
         return FrameState(
-            averaging.pictures, averaging.ages, averaging.drifts, NO_COLOURS,
-            self._moving.state(cells, validity),
+            *self._averaging.kept, NO_COLOURS, self._moving.state(cells, validity),
             RealtimeState(labels, validity, *seen, *result), views.left_shift, None, 0, config)
 
     def _seen(self, pool, before, fine):

@@ -193,8 +193,7 @@ def follow(scenes, noise):
         for view in views:
             view.read(*noisy([shown], noise, random), 0, 8, 0, SIZE[0])
         averaging.average(pool, views, History(
-            averaging.pictures, averaging.ages, averaging.drifts, np.zeros(SIZE, np.uint8))
-            if number else None)
+            *averaging.kept, np.zeros(SIZE, np.uint8)) if number else None)
     return averaging
 
 
@@ -216,7 +215,7 @@ def test_noise_goes_where_nothing_changes_and_where_all_moves_alike(noise, down,
         left = (image - scenes[-1])[:SIZE[0] - 32 * down, :SIZE[1] - 11 * right]
         assert left.std() < 0.55 * np.hypot(noise, 0.3)
         assert abs(left.mean()) < 0.3
-    assert right or averaging.ages.mean() > 5
+    assert right or averaging.kept[1].mean() > 5
     assert 0.6 * noise < averaging.noise < 1.3 * noise
 
 
