@@ -4,6 +4,7 @@
 from importlib.util import find_spec
 from pathlib import Path
 import re
+import shutil
 
 from bench.__main__ import SUITES
 import cv2
@@ -27,9 +28,11 @@ ALL = [(page, words) for page in pages_with_commands() for words in commands(pag
 PYTHON = re.compile('```python\n(.*?)```', re.DOTALL)
 
 
-def fill(folder):
-    """Put what the pages' commands read into a folder."""
+@pytest.fixture(scope='module')
+def filled(tmp_path_factory):
+    """Return a folder with what the pages' commands read."""
     made_bags = pytest.importorskip('made_bags', reason='rosbags is not installed')
+    folder = tmp_path_factory.mktemp('read')
     pair = make_pair(48, 100, 64)
     write_image(folder / 'left.png', pair.left)
     write_image(folder / 'right.png', pair.right)
@@ -61,6 +64,13 @@ def fill(folder):
     written_scenes.write_named(folder / 'datasets' / 'scene', scene)
     (folder / 'results').mkdir()
     write_disparity(folder / 'results' / 'scene.pfm', scene.truth)
+    return folder
+
+
+@pytest.fixture
+def here(filled, tmp_path, monkeypatch):
+    """Work in a folder of its own with what the pages' commands read."""
+    monkeypatch.chdir(shutil.copytree(filled, tmp_path / 'here'))
 
 
 def work(words):
@@ -79,11 +89,9 @@ def work(words):
       for name in sorted({words[1] for page, words in ALL if page in GUIDES
                           and words[0] == 'fuzzy-stereo'})),
     pytest.param('replay', True, marks=[pytest.mark.slow])])
-def test_the_examples_of_a_command_work_as_they_are_written(name, workers, tmp_path, monkeypatch):
+def test_the_examples_of_a_command_work_as_they_are_written(name, workers, here):
     if workers:
         pytest.importorskip('distributed', reason='the extra cluster is not installed')
-    fill(tmp_path)
-    monkeypatch.chdir(tmp_path)
     short = {'synthesise': ['--columns', '70', '--rows', '20', '--frames', '1'],
              'benchmark': ['--columns', '96', '--rows', '48', '--repeats', '1'],
              'evolve': ['--generations', '2']}.get(name, [])
@@ -97,9 +105,7 @@ def test_the_examples_of_a_command_work_as_they_are_written(name, workers, tmp_p
 @pytest.mark.slow
 @pytest.mark.parametrize('page', [page for page in pages_with_commands()
                                   if page not in GUIDES and commands(page, 'fuzzy-stereo')])
-def test_the_commands_of_a_page_work_in_their_order(page, tmp_path, monkeypatch):
-    fill(tmp_path)
-    monkeypatch.chdir(tmp_path)
+def test_the_commands_of_a_page_work_in_their_order(page, here):
     for words in commands(page, 'fuzzy-stereo'):
         work(words)
 

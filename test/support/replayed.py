@@ -1,7 +1,6 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """The command `replay` run on small bags, here or in a process, and what it should find."""
-import io
 import json
 import os
 import subprocess
@@ -12,7 +11,6 @@ from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
 from made_bags import content, DISPARITIES
 from made_messages import values_of
 import numpy as np
-from rejected import contents
 from repository import ROOT
 
 INTERRUPTED = 130
@@ -39,14 +37,6 @@ def rejection(capsys, *bags, **options):
     printed = capsys.readouterr()
     assert 'Traceback' not in printed.err
     return printed.err.splitlines()[-1].removeprefix('fuzzy-stereo: ')
-
-
-def clean_rejection(capsys, *bags, **options):
-    """Return what `rejection` does, after which the working folder holds what it held before."""
-    before = contents()
-    sentence = rejection(capsys, *bags, **options)
-    assert contents() == before
-    return sentence
 
 
 def run(code, number, *arguments):
@@ -97,17 +87,3 @@ def chatter(bag, number, log_time):
     for part in range(2):
         bag.write('/chatter', bag.make('std_msgs/msg/Int32', data=2 * number + part),
                   log_time + part)
-
-
-class Terminal(io.StringIO):
-    """Standard error as if it were a terminal."""
-
-    def isatty(self):
-        """Return that it is one."""
-        return True
-
-
-def on_a_terminal(monkeypatch):
-    """Let standard error be a terminal, and return it."""
-    monkeypatch.setattr(sys, 'stderr', Terminal())
-    return sys.stderr

@@ -72,8 +72,8 @@ def test_a_person_reads_a_row_for_each_generation(folder, capsys):
 
 def test_picture_and_video_are_written_and_printed_and_replace_others_where_that_is_said(
         folder, capsys):
-    assert main(words_for('--overwrite', profile='quality', generations=1, picture='there.png',
-                          video='there.mp4')) == 0
+    assert main(words_for('--overwrite', profile='paper', population=3, generations=1,
+                          picture='there.png', video='there.mp4')) == 0
     assert capsys.readouterr().out.splitlines()[-2:] == [
         'there.png: written', 'there.mp4: written']
     assert read_image('there.png').shape[1] > 450
@@ -93,7 +93,7 @@ def test_an_interrupted_video_has_the_observed_generations(folder, monkeypatch, 
         return observe_generations(config, left, right, tell_two)
 
     monkeypatch.setattr(evolve, 'observe_generations', interrupted)
-    assert main(words_for(profile='quality', generations=4, video='out.avi',
+    assert main(words_for(profile='paper', population=3, generations=4, video='out.avi',
                           picture='out.png')) == 130
     assert 'a video ends with the last generation' in capsys.readouterr().err
     film = cv2.VideoCapture('out.avi')

@@ -17,12 +17,21 @@ from rejected import rejection
 from written_scenes import pair, write_images, write_named
 
 MATCH, EVOLVE = (f'{name} left.png right.png --disparities ' for name in ('match', 'evolve'))
+TAKEN = '--saved has the images and the number of disparities; leave out LEFT, RIGHT and --dispa'
 SENTENCES = [
-    # ---- match ----
+    # ---- what is mistyped, and gets what was meant ----
+    ('mach', '(did you mean match?)'),
+    ('match a b --disparites=64', 'fuzzy-stereo match: unrecognized arguments: --disparites (did '
+     'you mean --disparities?)'),
+    ('match a b --profile realtme', '(did you mean realtime?)'),
+    (MATCH + '8 --xyzzy 3', 'fuzzy-stereo match: unrecognized arguments: --xyzzy 3\n'),
+    # ---- match, suggest ----
     (MATCH + 'many', "'many' is no whole number, nor auto"),
     (MATCH + '16 --mutation-rate 2', 'mutation_rate is 2.0; allowed are numbers from 0'),
+    (MATCH + 'auto --min-disparity 3', 'leave out --min-disparity'),
     (MATCH + '81', '81 disparities are more than the 80 columns'),
-    ('match left.png none.png', 'none.png cannot be read: No such file'),
+    # What a terminal would obey is escaped.
+    ('match left.png \x1b[31mé.png', 'fuzzy-stereo: \\x1b[31mé.png cannot be read: No such file'),
     ('match left.png small.png', 'left.png is 80x48 and small.png is 79x48'),
     ('match frames/left frames/right', 'fuzzy-stereo replay frames/left frames/right --output'),
     (MATCH + '16 --output folder.pfm', 'folder.pfm is a folder; name a file'),
@@ -33,16 +42,17 @@ SENTENCES = [
     (MATCH + '16 --points a.ply --focal 100 --baseline 1 --reference right',
      '--points is of the left image; leave out --reference'),
     (MATCH + '16 --mask visible.png', '--mask needs --ground-truth'),
+    (MATCH + '16 --rectify', '--rectify and --crop need the calibration of both'),
+    ('match left.png --saved report', TAKEN), ('match --disparities 24 --saved report', TAKEN),
+    ('suggest left.png right.png --unit mm', '--unit is that of the lengths in --calibration'),
     # ---- evolve ----
     (EVOLVE + '16 --picture there.png', '--picture is there.png, which exists; give --overwrite'),
     (EVOLVE + '16 --picture out.jpg', 'allowed are .png, .pdf, .svg'),
-    (EVOLVE + '16 --video out.mov', 'allowed are .mp4, .avi'),
     (EVOLVE + '81 --video a.mp4 --picture a.png', '81 disparities are more than the 80 columns'),
     # ---- benchmark, synthesise ----
     ('benchmark --repeats 0', '--repeats is 0; allowed are 1 and more'),
     ('benchmark --columns 20 --disparities 64', 'allowed are 1 to the 20 columns'),
     ('benchmark --population 0', 'population is 0'),
-    ('synthesise --output scene2 --columns 0', 'columns is 0; allowed are whole numbers from 1'),
     ('synthesise --output scene2 --columns 20', 'disparities is 64; allowed are 1 to the 20 col'),
     ('synthesise --output no/scene', 'but there is no folder'),
     ('synthesise --output a.npy', 'which is a file; name a folder'),
@@ -66,17 +76,18 @@ SENTENCES = [
     ('convert a.npy b.tiff', "b.tiff has the suffix '.tiff'; allowed are .pfm, .npy, .png, and "
      '.ply for points'),
     ('convert a.npy no/b.npy', 'no/b.npy cannot be written: there is no folder no'),
+    ('convert a.npy there.png', 'there.png exists; give --overwrite to replace it'),
+    ('convert a.npy ./a.npy --overwrite', 'a.npy is an input too'),
+    ('convert a.npy folder.pfm --overwrite', 'fuzzy-stereo: folder.pfm is a folder; name a fi'),
     ('convert a.npy b.pfm --scale 4', 'a.npy holds values already; a scale is for images'),
     ('convert small.png b.pfm --from depth',
      'small.png has 8 bits: give the scale, the grey levels of one metre'),
     ('convert far.npy b.png', 'a disparity of 300 px does not fit into a KITTI .png'),
     # ---- evaluate ----
     ('evaluate scene --matcher magic', "matcher is 'magic'; allowed are ours, ours:realtime"),
-    ('evaluate scene --matcher opencv:hh4:fast', "matcher is 'opencv:hh4:fast'"),
     ('evaluate scene --matcher', 'no matcher is named'),
     ('evaluate scene --truth-scale -2', '--truth-scale is -2.0; allowed are numbers above 0'),
     ('evaluate scene --csv out.txt', "out.txt, which has the suffix '.txt'; allowed is"),
-    ('evaluate scene --csv folder.csv --overwrite', 'folder.csv is a folder; name a file'),
     ('evaluate scene --results no', '--results names no, but there is no such folder'),
     ('evaluate scene --results empty', 'empty has no result of any scene; name the one of scene '
      'empty/scene.pfm, .npy or .png'),
@@ -142,8 +153,7 @@ SENTENCES = [
     ('bench speed --quick --python no_python', "--python is 'no_python'"),
     ('bench accuracy --only nothing', "--only is 'nothing'"),
     ('bench accuracy --data nowhere', 'no folder nowhere'),
-    ('bench accuracy --output page.html', 'suffix'),
-    ('bench accuracy --population 0', 'population is 0')]
+    ('bench accuracy --output page.html', 'suffix')]
 
 # What is not installed, a command that needs it, and one that does not.
 ROSBAGS = 'rosbags', 'rosbags.rosbag2', 'rosbags.typesys'

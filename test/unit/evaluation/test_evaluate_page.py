@@ -2,8 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """The page of an evaluation needs no other file, and shows what was measured."""
 import base64
-from html.parser import HTMLParser
+from html import unescape
 import json
+import re
 from types import SimpleNamespace
 
 import cv2
@@ -22,43 +23,32 @@ from written_scenes import COLUMNS, pair, ROWS, write_named
 
 NAN = np.nan
 EMPTY = {'meta', 'img', 'br', 'link', 'hr', 'input'}
-POINTERS = 'src', 'href', 'srcset', 'action', 'data'
 MATCHERS = ['ours', 'opencv:bm', 'mine']
 
 
-class Page(HTMLParser):
-    """Reads a page: what is open, headings, images, and all that points elsewhere."""
+class Page:
+    """A page: its tags, as far as they are open at the end, headings, images, cells, and links."""
 
     def __init__(self, text):
-        super().__init__()
-        self.open, self.headings, self.images, self.links = [], [], [], []
-        self.text, self.words, self.cells = text, '', []
-        self.feed(text)
+        self.text, self.words = text, words(text)
+        self.open, self.headings, self.images = [], [], []
+        for end, tag in re.findall(r'<(/?)(\w+)', text):
+            if end:
+                assert self.open.pop() == tag
+            elif tag not in EMPTY:
+                self.open.append(tag)
+        self.links = re.findall(r'[ "](?:src|href|srcset|action|data)="([^"]*)"', text)
+        self.cells = [words(cell) for cell in re.findall(r'<t[dh]\b.*?>(.*?)</t[dh]>', text, re.S)]
+        for _, heading, below in re.findall(
+                r'<h([123])\b.*?>(.*?)</h\1>(.*?)(?=<h[123]|$)', text, re.S):
+            self.headings.append(words(heading))
+            self.images += [dict(re.findall(r'(\w+)="([^"]*)"', image), under=self.headings[-1])
+                            for image in re.findall('<img ([^>]*)>', below)]
 
-    def handle_starttag(self, tag, attributes):
-        """Note an element."""
-        named = dict(attributes)
-        if tag == 'img':
-            self.images.append({**named, 'under': (self.headings or [''])[-1]})
-        self.links += [named[name] for name in POINTERS if name in named]
-        if tag not in EMPTY:
-            self.open.append(tag)
-        if tag in ('h1', 'h2', 'h3'):
-            self.headings.append('')
-        if tag in ('td', 'th'):
-            self.cells.append('')
 
-    def handle_endtag(self, tag):
-        """Close what is open last."""
-        assert self.open.pop() == tag
-
-    def handle_data(self, data):
-        """Note text."""
-        self.words += data
-        if set(self.open) & {'h1', 'h2', 'h3'}:
-            self.headings[-1] += data
-        if self.open and self.open[-1] in ('td', 'th'):
-            self.cells[-1] += data
+def words(text):
+    """Return what a reader sees of HTML."""
+    return unescape(re.sub('<[^>]*>', '', text))
 
 
 def picture_of(uri):

@@ -1,15 +1,12 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Figures of a map are what a person counts by hand."""
-import io
 import math
 
 from fuzzy_stereo_ros.evaluation.report import markdown, Report, Table
 from fuzzy_stereo_ros.evaluation.scores import error_map, flicker, score
-from fuzzy_stereo_ros.progress import follow
 from hypothesis import given, strategies as st
 from hypothesis.extra import numpy as arrays
-from made_scenes import small_scene
 import numpy as np
 import pytest
 
@@ -88,9 +85,3 @@ def test_a_table_has_columns_of_equal_width_and_a_dash_where_nothing_is_known():
         '|         |   ours |', '|:--------|-------:|', '| a scene |      - |',
         '| another |      - |', '| a third |   2.50 |']
     assert {'- machine: one', '- x'} < set(lines)
-
-
-def test_progress_is_plain_lines_where_it_is_piped():
-    stream = io.StringIO()
-    assert list(follow([small_scene(1), small_scene(2)], 'accuracy', stream))
-    assert stream.getvalue() == 'accuracy: 1 of 2 small/seed1\naccuracy: 2 of 2 small/seed2\n'

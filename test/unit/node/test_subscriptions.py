@@ -24,8 +24,6 @@ def states(**changes):
 
 
 @pytest.mark.parametrize('topics, options, expected', [
-    (states(at1={'received': 0, 'publishers': 0}), {'cache': True},
-     'no node publishes /left/camera_info: start the camera driver, or remap the topic'),
     (states(at1={'received': 0, 'publishers': 0, 'name': '/cam/left/camera_info',
                  'image': '/cam/left/raw'}), {'cache': True},
      'no node publishes /cam/left/camera_info: start the camera driver, or remap the topic'),

@@ -3,14 +3,15 @@
 """Bad input to `fuzzy-stereo replay` is one sentence, exit code 2, and nothing written."""
 from functools import partial
 import io
+import sys
 
 from fuzzy_stereo_ros import __version__
-from fuzzy_stereo_ros.pairs.image_files import write_image
 from fuzzy_stereo_ros.replay import segments
 from fuzzy_stereo_ros.replay.report import ProgressBar
-from made_bags import disparities, scene, TOPICS, write_bag
+from made_bags import disparities, TOPICS, write_bag
 import pytest
-from replayed import clean_rejection, on_a_terminal, replay, run
+from rejected import contents
+from replayed import rejection, replay, run
 
 OTHER_VERSION = "import fuzzy_stereo_ros; fuzzy_stereo_ros.__version__ = '0.0.7'"
 WITHOUT_PACKAGE = "import sys; sys.modules['fuzzy_stereo_ros'] = None"
@@ -29,12 +30,8 @@ segments.match_or_reject = lambda pair, matcher: os._exit(1)
 
 @pytest.fixture
 def folder(folder):
-    """Work in a folder with a bag, frames of two cameras and a video."""
+    """Work in a folder with a bag and a video."""
     write_bag(folder / 'bag')
-    for side in ('left', 'right'):
-        (folder / side).mkdir()
-        for number, pair in enumerate(scene(2)):
-            write_image(folder / side / f'{side}_{number}.png', getattr(pair, side))
     (folder / 'before.avi').write_text('the one before')
     return folder
 
@@ -42,7 +39,13 @@ def folder(folder):
 @pytest.fixture
 def rejected(folder, capfd):
     """Return a function that gives the sentence of a replay, after which nothing is written."""
-    return partial(clean_rejection, capfd)
+    def rejected(*bags, **options):
+        before = contents()
+        sentence = rejection(capfd, *bags, **options)
+        assert contents() == before
+        return sentence
+
+    return rejected
 
 
 def test_pairs_that_are_all_bad_leave_nothing_and_the_video_before(rejected, folder):
@@ -62,7 +65,9 @@ def test_pairs_that_are_all_bad_leave_nothing_and_the_video_before(rejected, fol
 def test_the_bar_is_shown_on_a_terminal_alone(folder, capsys, monkeypatch):
     assert replay('bag') == 0
     assert capsys.readouterr().err == ''
-    terminal = on_a_terminal(monkeypatch)
+    terminal = io.StringIO()
+    terminal.isatty = lambda: True
+    monkeypatch.setattr(sys, 'stderr', terminal)
     assert replay('bag', output='terminal') == 0
     assert '6/6' in terminal.getvalue()
     assert ' pairs/s' in terminal.getvalue()
