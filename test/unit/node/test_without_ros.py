@@ -9,8 +9,8 @@ from repository import ROOT
 
 # One process imports what needs no ROS, and forks for each program, to start it as a user does.
 START_EACH = r"""
-import os, re, runpy, sys
-import cv2, fuzzy_stereo_ros.matching, yaml
+import gc, os, re, runpy, sys
+import cv2, fuzzy_stereo_ros.pair_matcher, fuzzy_stereo_ros.parameters.table, yaml
 
 class Blocked:
     def find_spec(self, name, path=None, target=None):
@@ -18,6 +18,7 @@ class Blocked:
             raise ModuleNotFoundError(f'No module named {name!r}', name=name)
 
 sys.meta_path.insert(0, Blocked())
+gc.freeze()     # so that a child that ends does not visit what is imported
 for program in sys.argv[1:]:
     for names in r'(rcl|launch|ament_)|\w+_(interfaces|msgs)$', '(rclpy|launch)$':
         child = os.fork()
