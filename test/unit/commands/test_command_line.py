@@ -212,7 +212,7 @@ def test_a_difference_is_counted_and_measured_and_ends_with_code_1(report, capsy
 
 @pytest.mark.parametrize('words, changed', [
     (['--seed', '9', '--speckle-size', '2000'], {'speckle_size': 2000, 'seed': 9}),
-    (['--profile', 'quality', '--generations', '1'], {'algorithm': 'quality'}),
+    (['--profile', 'fast'], {'planes': False}),
 ])
 def test_an_option_changes_the_saved_parameter_and_nothing_is_promised(
         report, capsys, words, changed):

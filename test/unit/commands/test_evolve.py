@@ -86,16 +86,16 @@ def test_an_interrupted_video_has_the_observed_generations(folder, monkeypatch, 
     observe_generations = evolve.observe_generations
 
     def interrupted(config, left, right, tell):
-        def tell_two(snapshot):
-            if snapshot.number == 2:
+        def tell_one(snapshot):
+            if snapshot.number == 1:
                 raise KeyboardInterrupt
             tell(snapshot)
-        return observe_generations(config, left, right, tell_two)
+        return observe_generations(config, left, right, tell_one)
 
     monkeypatch.setattr(evolve, 'observe_generations', interrupted)
     assert main(words_for(profile='paper', population=3, generations=4, video='out.avi',
                           picture='out.png')) == 130
     assert 'a video ends with the last generation' in capsys.readouterr().err
     film = cv2.VideoCapture('out.avi')
-    assert film.get(cv2.CAP_PROP_FRAME_COUNT) == 2 + STAY
+    assert film.get(cv2.CAP_PROP_FRAME_COUNT) == 1 + STAY
     assert not (folder / 'out.png').exists()

@@ -159,7 +159,8 @@ SENTENCES = [
 ROSBAGS = 'rosbags', 'rosbags.rosbag2', 'rosbags.typesys'
 WITHOUT = [
     (['pandas'], 'evaluate scene', 'evaluate', ''),
-    (['jinja2'], 'evaluate scene --html page.html', 'evaluate', 'evaluate scene --repeats 1'),
+    (['jinja2'], 'evaluate scene --html page.html', 'evaluate',
+     'evaluate scene --repeats 1 --matcher opencv:bm'),
     (['matplotlib'], EVOLVE + '16 --picture a.png', 'matplotlib', EVOLVE + '16'),
     (['distributed'], 'replay bag --output out --workers 2', 'cluster', ''),
     (ROSBAGS, 'replay bag --output out', 'bags', ''),
