@@ -158,29 +158,22 @@ def test_a_gallery_that_is_full_lets_go_of_what_cannot_be_ranked_and_then_of_the
 # Pictures.
 
 def test_an_error_is_black_where_right_bright_where_wrong_blue_where_nothing_was_found():
-    truth = np.array([[5, 5, 5, 5, NAN]] * 2, np.float32)
-    found = np.array([[5, 7, 5 + 3 * ERROR_LIMIT, NAN, 5]] * 2, np.float32)
-    right, middle, wrong, nothing, unknown = colour_error(found, truth)[0].astype(int)
-    assert right.sum() < 10 < middle.sum() < wrong.sum()
-    assert wrong.sum() > 500
-    assert tuple(nothing) == NO_DISPARITY
-    assert tuple(unknown) == (UNKNOWN_GREY,) * 3
-
-
-def test_points_of_a_sparse_truth_become_discs_of_their_own_errors():
-    truth = np.full((21, 41), NAN, np.float32)
-    truth[10, 10], truth[10, 30] = 5, 5
-    found = np.full_like(truth, 5)
-    found[10, 30] = 5 + ERROR_LIMIT
+    """Each point of a sparse truth is a disc; what has no truth is grey."""
+    truth = np.full((21, 81), NAN, np.float32)
+    points, found = np.s_[10:11, 10::20], np.full_like(truth, 5)
+    truth[points], found[points] = 5, (5, 7, 5 + 3 * ERROR_LIMIT, NAN)
     picture = colour_error(found, truth)
-    black, bright = (picture[10, column].tolist() for column in (10, 30))
-    assert sum(black) < 10 < 500 < sum(bright)
-    for colour, column in ((black, 10), (bright, 30)):
-        same = (picture == colour).all(axis=2)
-        rows, columns = np.nonzero(same)
-        assert same.sum() >= 13
-        assert abs(rows - 10).max() <= 2 and abs(columns - column).max() <= 2
-    assert (picture[:, 20] == UNKNOWN_GREY).all()
+    colours = right, middle, wrong, nothing = picture[points][0].astype(int)
+    assert right.sum() < 10 < middle.sum() < 500 < wrong.sum()
+    assert tuple(nothing) == NO_DISPARITY
+    for place, colour in enumerate(colours):
+        rows, columns = np.nonzero((picture == colour).all(axis=2))
+        assert len(rows) >= 13 and abs(rows - 10).max() <= 2
+        assert abs(columns - 10 - 20 * place).max() <= 2
+    assert (picture[:, 20::20] == UNKNOWN_GREY).all()
+    found[points][0, 0], truth[points][0, 0] = 5, NAN       # a dense truth
+    assert colour_error(found[points], truth[points])[0].tolist() == [
+        [UNKNOWN_GREY] * 3, *picture[points][0, 1:].tolist()]
 
 
 def test_wide_pictures_are_reduced_and_a_drawing_keeps_to_its_colours():
