@@ -8,6 +8,7 @@ from fuzzy_stereo_ros.commands.command_line import main
 from fuzzy_stereo_ros.pairs.disparity_files import read_disparity
 from fuzzy_stereo_ros.pairs.image_files import write_image
 from made_bags import COLUMNS, content, disparities, ROWS, scene
+from made_scenes import DISPARITIES, street, STREET_CAMERA
 import numpy as np
 import pytest
 from replayed import figures, matches
@@ -37,6 +38,11 @@ def write_video(path, images):
     writer.release()
 
 
+def maps(output):
+    """Return the disparities that were written, in order."""
+    return [np.load(path) for path in sorted((output / 'disparity').glob('*.npy'))]
+
+
 def test_folders_patterns_and_videos_are_matched_warm_and_bit_for_bit_as_the_matcher_does(
         folder, capsys):
     bgr = [[cv2.cvtColor(getattr(pair, side), cv2.COLOR_GRAY2BGR) for pair in scene()]
@@ -49,9 +55,8 @@ def test_folders_patterns_and_videos_are_matched_warm_and_bit_for_bit_as_the_mat
         found = figures(capsys, *inputs, output=name, options=['--files', 'npy'])
         assert found['calibration'] == 'nothing: disparities are without metres'
         assert found['pairs']['matched'] == 6 and found['pairs']['warm'] == 5
-        for path, match in zip(sorted((folder / name / 'disparity').glob('*.npy')), expected,
-                               strict=True):
-            np.testing.assert_array_equal(np.load(path), match.disparity)
+        for written, match in zip(maps(folder / name), expected, strict=True):
+            np.testing.assert_array_equal(written, match.disparity)
     message = content(folder / 'one', '/disparity')[-1][2]
     assert (message.header.stamp.nanosec, message.f, message.t) == (5 * STEP, 0, 0)
 
@@ -71,6 +76,20 @@ def test_what_synthesise_writes_is_matched_with_its_cameras_and_resumed(folder, 
     assert whole['pairs']['matched'] == 4
     assert all(map(np.array_equal, disparities(folder / 'out').values(),
                    disparities(folder / 'whole').values()))
+
+
+def test_a_calibration_reaches_the_matcher_which_follows_the_camera_by_it(folder, capsys):
+    for side in ('left', 'right'):
+        for number, pair in enumerate(street()[:3]):
+            (folder / 'street' / side).mkdir(parents=True, exist_ok=True)
+            write_image(folder / 'street' / side / f'{number}.png', getattr(pair, side))
+    found = figures(capsys, 'street', disparities=DISPARITIES, options=[
+        '--files', 'npy', '--focal', STREET_CAMERA.fx, '--baseline', 0.12])
+    assert found['calibration'].startswith('focal length ')
+    last, without = (matches(street()[:3], [0, STEP, 2 * STEP], DISPARITIES, camera)[-1].disparity
+                     for camera in (STREET_CAMERA, None))
+    assert not np.array_equal(last, without, equal_nan=True)
+    np.testing.assert_array_equal(maps(folder / 'out')[-1], last)
 
 
 @pytest.mark.parametrize('inputs, left, right, calibration, baseline', [
@@ -104,8 +123,7 @@ def test_folders_of_kitti_get_their_own_cameras(
 def test_a_frame_that_one_camera_lacks_or_that_is_damaged_costs_its_pair_alone(folder, capsys):
     (folder / 'right' / 'right_2.png').unlink()
     (folder / 'left' / 'left_4.png').write_bytes(b'no image')
-    found = figures(capsys, 'left', 'right', options=['--focal', 200, '--baseline', 0.12])
-    assert found['calibration'].startswith('focal length 200 px')
+    found = figures(capsys, 'left', 'right')
     assert found['pairs']['matched'] == 4
     assert found['pairs']['rejected'] == {'damaged image': 1}
     assert found['messages']['unmatched'] == {'/left/image_rect': 1, '/right/image_rect': 0}
