@@ -72,13 +72,13 @@ def test_a_person_reads_a_row_for_each_generation(folder, capsys):
 
 def test_picture_and_video_are_written_and_printed_and_replace_others_where_that_is_said(
         folder, capsys):
-    assert main(words_for('--overwrite', profile='paper', population=3, generations=1,
+    assert main(words_for('--overwrite', profile='paper', population=3, generations=0,
                           picture='there.png', video='there.mp4')) == 0
     assert capsys.readouterr().out.splitlines()[-2:] == [
         'there.png: written', 'there.mp4: written']
     assert read_image('there.png').shape[1] > 450
     film = cv2.VideoCapture('there.mp4')
-    assert film.get(cv2.CAP_PROP_FRAME_COUNT) == 2 + STAY
+    assert film.get(cv2.CAP_PROP_FRAME_COUNT) == 1 + STAY
     assert not [name for name in os.listdir() if '.part' in name]
 
 
@@ -86,16 +86,16 @@ def test_an_interrupted_video_has_the_observed_generations(folder, monkeypatch, 
     observe_generations = evolve.observe_generations
 
     def interrupted(config, left, right, tell):
-        def tell_one(snapshot):
-            if snapshot.number == 1:
+        def tell_two(snapshot):
+            if snapshot.number == 2:
                 raise KeyboardInterrupt
             tell(snapshot)
-        return observe_generations(config, left, right, tell_one)
+        return observe_generations(config, left, right, tell_two)
 
     monkeypatch.setattr(evolve, 'observe_generations', interrupted)
     assert main(words_for(profile='paper', population=3, generations=4, video='out.avi',
                           picture='out.png')) == 130
     assert 'a video ends with the last generation' in capsys.readouterr().err
     film = cv2.VideoCapture('out.avi')
-    assert film.get(cv2.CAP_PROP_FRAME_COUNT) == 1 + STAY
+    assert film.get(cv2.CAP_PROP_FRAME_COUNT) == 2 + STAY
     assert not (folder / 'out.png').exists()
