@@ -93,9 +93,9 @@ def write_named(folder, made):
 
 
 def write_frames(folder, several, known=(), in_folders=False):
-    """Write numbered frames from 7 on; known: numbers of those with a truth."""
+    """Write frames numbered from 7 on, known: with a truth; in one folder without zeros."""
     for number, made in enumerate(several, start=7):
-        place = f'{{}}/{number:04}' if in_folders else f'{{}}_{number:02}'
+        place = f'{{}}/{number:04}' if in_folders else f'{{}}_{number}'
         write_images(folder, made, *(f'{place.format(side)}.png' for side in ('left', 'right')))
         if number in known:
             truth = folder / f"{place.format('groundtruth')}.npy"

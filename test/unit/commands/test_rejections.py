@@ -153,7 +153,8 @@ SENTENCES = [
     ('bench speed --quick --python no_python', "--python is 'no_python'"),
     ('bench accuracy --only nothing', "--only is 'nothing'"),
     ('bench accuracy --data nowhere', 'no folder nowhere'),
-    ('bench accuracy --output page.html', 'suffix')]
+    ('bench accuracy --output page.html', 'suffix'),
+    ('bench accuracy --population 0', 'population is 0')]
 
 # What is not installed, a command that needs it, and one that does not.
 ROSBAGS = 'rosbags', 'rosbags.rosbag2', 'rosbags.typesys'

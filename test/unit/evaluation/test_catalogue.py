@@ -123,7 +123,8 @@ def test_all_files_of_kitti_are_found_and_the_frames_before_make_a_sequence(tmp_
 
 
 @pytest.mark.parametrize('in_folders', [False, True])
-def test_numbered_frames_are_a_sequence_and_those_with_a_truth_are_scenes(tmp_path, in_folders):
+def test_numbered_frames_are_a_sequence_in_order_and_those_with_a_truth_are_scenes(
+        tmp_path, in_folders):
     several = frames(4)
     write_frames(tmp_path / 'drive', several, known=[8, 10], in_folders=in_folders)
     found = search([tmp_path])

@@ -213,16 +213,16 @@ def test_frames_of_two_sizes_are_no_sequence_but_scenes_where_they_have_a_truth(
     several = frames(2)
     write_frames(tmp_path, several)
     for side in ('left', 'right'):
-        write_image(tmp_path / f'{side}_08.png', getattr(several[1], side)[:, 1:])
-    sentence = (f'{tmp_path.name}/08 is {WIDTH - 1}x{ROWS}, the first frame {WIDTH}x{ROWS}; '
+        write_image(tmp_path / f'{side}_8.png', getattr(several[1], side)[:, 1:])
+    sentence = (f'{tmp_path.name}/8 is {WIDTH - 1}x{ROWS}, the first frame {WIDTH}x{ROWS}; '
                 'frames of a sequence have one size')
     assert main(['evaluate', str(tmp_path), '--matcher', 'opencv:bm']) == 2
     assert capsys.readouterr().err.splitlines()[-1] == f'fuzzy-stereo: {sentence}'
-    write_disparity(tmp_path / 'groundtruth_07.npy', several[0].truth)
+    write_disparity(tmp_path / 'groundtruth_7.npy', several[0].truth)
     told = evaluated(capsys, tmp_path, '--matcher', 'opencv:bm')
     assert told['left_out'] == [sentence]
     assert {(record['kind'], record['name']) for record in told['records']} == {
-        ('scene', f'{tmp_path.name}/07'), ('mean', MIDDLEBURY)}
+        ('scene', f'{tmp_path.name}/7'), ('mean', MIDDLEBURY)}
 
 
 # Results of other programs.
