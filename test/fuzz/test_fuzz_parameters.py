@@ -5,7 +5,7 @@ import math
 
 from fuzzed import examples
 from fuzzy_stereo_ros.parameters.table import ROS_PARAMETERS
-from hypothesis import example, given, strategies as st
+from hypothesis import given, strategies as st
 from made_scenes import shifted_pair
 import pytest
 
@@ -28,6 +28,10 @@ VALUES = st.one_of(
     *OF_TYPE.values(), st.lists(st.integers(0, 9), min_size=1, max_size=3),
     st.lists(st.sampled_from([b'\0', b'\xff']), min_size=1, max_size=2))
 
+# In its range and not allowed, text that is no choice, and what only the start may set.
+REJECTED = {'neighbourhood': (4, 'neighbourhood is 4; allowed are odd numbers from 1 to 31'),
+            'algorithm': ('luck', "algorithm is 'luck'; allowed are realtime, quality, paper"),
+            'queue_size': (3, 'read-only parameter: queue_size')}
 # Mostly what ROS lets through: parameters that may change, values of their type.
 CHANGES = st.one_of(st.sampled_from([row for row in ROWS if not row.read_only]),
                     st.sampled_from(ROWS)).flatmap(lambda row: st.tuples(
@@ -51,7 +55,6 @@ def test_any_values_are_set_all_at_once_or_rejected_with_a_reason(bench):
     changeable = {name: first[name] for name in NAMES if not bench.descriptor(name).read_only}
 
     @examples(50)
-    @example({'speckle_size': 7, 'neighbourhood': 4})     # in its range and not allowed
     @given(st.lists(CHANGES, min_size=1, max_size=3).map(dict))
     def any_change(changes):
         before = bench.parameters(*NAMES)
@@ -65,6 +68,10 @@ def test_any_values_are_set_all_at_once_or_rejected_with_a_reason(bench):
                        for name, value in changes.items())
 
     any_change()
+    for name, (value, why) in REJECTED.items():
+        done, reason = bench.set_parameters(speckle_size=7, **{name: value})
+        assert not done and why in reason
+    assert bench.parameters('speckle_size') != [7]
     assert bench.set_parameters(**changeable) == (True, '')
     bench.until(lambda: not bench.counts()['change of parameters'].startswith('being'),
                 'all is prepared', timeout=120)

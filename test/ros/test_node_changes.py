@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The real node while changed parameters are prepared, which here takes until it is told."""
 from queue import SimpleQueue
+from types import SimpleNamespace
 
 from fuzzy_stereo_ros import pair_matcher
 from fuzzy_stereo_ros.matching import StereoMatcher
@@ -12,30 +13,21 @@ import pytest
 PAIR = shifted_pair(7)
 
 
-class Gate:
-    """Where warming up waits: begun has its disparities, let has None or what to raise."""
-
-    def __init__(self):
-        self.begun, self.let = SimpleQueue(), SimpleQueue()
-
-    def matcher_type(self):
-        gate = self
-
-        class Gated(StereoMatcher):
-            def warm_up(self, rows, columns):
-                if self.config.disparities != 16:
-                    gate.begun.put((self.config.disparities, rows, columns))
-                    error = gate.let.get(timeout=SOON)
-                    if error is not None:
-                        raise error
-                super().warm_up(rows, columns)
-        return Gated
-
-
 @pytest.fixture
 def gate(monkeypatch, ros):
-    gate = Gate()
-    monkeypatch.setattr(pair_matcher, 'StereoMatcher', gate.matcher_type())
+    """Return where warming up waits: begun has its disparities, let has None or what to raise."""
+    gate = SimpleNamespace(begun=SimpleQueue(), let=SimpleQueue())
+
+    class Gated(StereoMatcher):
+        def warm_up(self, rows, columns):
+            if self.config.disparities != 16:
+                gate.begun.put((self.config.disparities, rows, columns))
+                error = gate.let.get(timeout=SOON)
+                if error is not None:
+                    raise error
+            super().warm_up(rows, columns)
+
+    monkeypatch.setattr(pair_matcher, 'StereoMatcher', Gated)
     return gate
 
 
@@ -78,11 +70,6 @@ def bench(gate):
             bench.close()
 
 
-def largest_disparities(bench, pairs):
-    """Match pairs, all of which are answered, and return the set of their largest disparities."""
-    return {bench.match(*PAIR).max_disparity for _ in range(pairs)}
-
-
 def test_pairs_are_matched_with_the_old_value_until_the_new_one_is_prepared(bench, gate):
     gate.let.put(MemoryError('no more'))
     bench.set_parameters(disparity_range=32)
@@ -91,7 +78,7 @@ def test_pairs_are_matched_with_the_old_value_until_the_new_one_is_prepared(benc
     before = bench.counts()
     assert bench.set_parameters(disparity_range=24) == (True, '')
     assert gate.begun.get(timeout=SOON) == (24, *PAIR[0].shape)
-    assert largest_disparities(bench, 5) == {15.0}
+    assert [bench.match(*PAIR).max_disparity for _ in range(5)] == 5 * [15.0]
     assert bench.parameters('disparity_range') == [24]
     values = bench.counts()
     assert values['disparity_range in use'] == '16'
@@ -99,7 +86,7 @@ def test_pairs_are_matched_with_the_old_value_until_the_new_one_is_prepared(benc
         'being prepared: disparity_range = 24 (in use: 16)')
     gate.let.put(None)
     bench.said('from the next pair on: disparity_range = 24 (in use: 16)')
-    assert largest_disparities(bench, 5) == {23.0}
+    assert [bench.match(*PAIR).max_disparity for _ in range(5)] == 5 * [23.0]
     after = bench.counts()
     assert (after['disparity_range in use'], after['change of parameters']) == ('24', 'none')
     assert int(after['pairs matched']) - int(before['pairs matched']) == 10

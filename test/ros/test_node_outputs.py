@@ -65,11 +65,13 @@ def test_what_is_compressed_shows_the_same_in_fewer_bytes(bench):
     assert len(preview.data) < 60 * 120
 
 
-def test_points_that_another_node_publishes_are_left_to_it(bench):
+def test_points_that_another_node_publishes_are_left_to_it_and_nothing_is_subscribed(bench):
     from sensor_msgs.msg import PointCloud2
     other = bench.listener.create_publisher(PointCloud2, 'points2', 1)
     bench.leave()
     bench.until(lambda: not bench.rig.subscribed(), 'the node takes its subscriptions back')
+    bench.counts()
+    assert bench.status.message == 'idle: no output has a subscriber'
     mark, messages = bench.node.mark(), {}
     bench.collect(PointCloud2, 'points2', messages)
     bench.node.logged('another node publishes /points2, so this node does not', mark)

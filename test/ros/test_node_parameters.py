@@ -5,7 +5,6 @@ from functools import partial
 
 from bench.parameter_pages import parameter_file
 from fuzzy_stereo_ros.parameters.table import IGNORED_PARAMETERS, ROS_PARAMETERS
-from made_messages import shows
 from made_scenes import shifted_pair
 from pages import block
 import pytest
@@ -35,29 +34,6 @@ def test_the_node_has_the_parameters_of_the_table_and_the_peer_s(bench):
     assert values == {**{row.name: row.default for row in ROWS}, 'disparity_range': 16,
                       'input_qos': 'reliable'}
     assert bench.parameters(*IGNORED_PARAMETERS) == [None] * len(IGNORED_PARAMETERS)
-
-
-def test_a_change_is_in_force_once_it_is_prepared(bench):
-    assert bench.match(*PAIR).max_disparity == 15.0
-    assert bench.change(disparity_range=24, min_disparity=-4) == (True, '')
-    message = bench.match(*PAIR)
-    assert (message.min_disparity, message.max_disparity) == (-4.0, 19.0)
-    assert shows(message, 7, 19)
-    assert bench.change(disparity_range=16, min_disparity=0) == (True, '')
-
-
-@pytest.mark.parametrize('change, reason', [
-    ({'disparity_range': 0}, 'disparity_range out of range'),
-    ({'neighbourhood': 4}, 'neighbourhood is 4; allowed are odd numbers from 1 to 31'),
-    ({'profile': 'instant'}, "profile is 'instant'; allowed are "),
-    ({'algorithm': 'luck'}, "algorithm is 'luck'; allowed are realtime, quality, paper"),
-    ({'queue_size': 3}, 'read-only parameter: queue_size'),
-    ({'confidence_threshold': 'high'}, 'Wrong parameter type'),
-])
-def test_a_rejection_says_why(bench, change, reason):
-    done, said = bench.set_parameters(**change)
-    assert not done
-    assert reason in said
 
 
 def test_a_profile_presets_what_is_not_set_along_with_it(bench):

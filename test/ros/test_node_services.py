@@ -3,7 +3,6 @@
 """The services of the real node, and the `ros2` commands of the pages by what they stand for."""
 import ast
 from contextlib import closing
-from functools import partial
 import json
 import shutil
 import threading
@@ -82,14 +81,19 @@ def test_no_more_pairs_are_saved_than_the_parameter_allows(bench, saved):
     shutil.rmtree(min(saved.iterdir()))     # for the command of a page
 
 
-@pytest.fixture
-def asked(ros, tmp_path):
-    """Yield a client of ~/save of a node that has matched a pair, and what awaits an answer."""
+def test_one_pair_is_saved_at_a_time_and_a_fault_meanwhile_is_an_answer_too(
+        ros, tmp_path, monkeypatch):
     from fuzzy_stereo_ros.node import services
     import rclpy
     from ros_bench import Surroundings
     from std_srvs.srv import Trigger
+    go_on = threading.Event()
 
+    def fail(**_):
+        go_on.wait(SOON)
+        raise MemoryError('there is none')
+
+    monkeypatch.setattr(services, 'SavedPair', fail)
     last = SimpleNamespace(pair=None, config=None, before=None, rows=None, match=None)
     with own_domain() as domain, closing(Surroundings(domain)) as around:
         node = rclpy.create_node('asked', context=around.context)
@@ -102,36 +106,16 @@ def asked(ros, tmp_path):
             around.until(future.done, 'an answer')
             return future.result().success, future.result().message
 
-        yield partial(client.call_async, Trigger.Request()), answered
+        first = client.call_async(Trigger.Request())
+        success, message = answered(client.call_async(Trigger.Request()))
+        assert (success, message.split(';')[0]) == (False, 'another pair is being saved')
+        go_on.set()
+        success, message = answered(first)
+        assert not success and message.endswith('MemoryError: there is none')
+        monkeypatch.setattr(services, 'SavedPair', dict)
+        monkeypatch.setattr(services, 'write_saved_pair', lambda folder, saved: None)
+        assert answered(client.call_async(Trigger.Request()))[0]
         node.destroy_node()
-
-
-def test_a_fault_while_a_pair_is_saved_is_an_answer_too(asked, monkeypatch):
-    from fuzzy_stereo_ros.node import services
-
-    def fail(**_):
-        raise MemoryError('there is none')
-
-    monkeypatch.setattr(services, 'SavedPair', fail)
-    ask, answered = asked
-    success, message = answered(ask())
-    assert not success
-    assert message.endswith('MemoryError: there is none')
-
-
-def test_one_pair_is_saved_at_a_time_and_the_next_caller_is_told(asked, monkeypatch):
-    from fuzzy_stereo_ros.node import services
-
-    go_on = threading.Event()
-    monkeypatch.setattr(services, 'SavedPair', lambda **_: go_on.wait(SOON))
-    monkeypatch.setattr(services, 'write_saved_pair', lambda folder, saved: None)
-    ask, answered = asked
-    first = ask()
-    success, message = answered(ask())
-    assert (success, message.split(';')[0]) == (False, 'another pair is being saved')
-    go_on.set()
-    assert answered(first)[0]
-    assert answered(ask())[0]
 
 
 def test_reset_has_the_next_pair_matched_as_if_it_were_the_first(bench):

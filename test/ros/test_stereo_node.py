@@ -23,25 +23,6 @@ def bench(make_bench):
         yield bench
 
 
-def replace_image(topic, **changes):
-    """Return what damages an image message of a pair."""
-    def change(messages):
-        for name, value in changes.items():
-            setattr(messages[topic], name, value)
-    return change
-
-
-def change_projection(side, place, value):
-    """Return what changes an element of P of one camera of a pair."""
-    def change(messages):
-        messages[f'{side}/camera_info'].p[place] = value
-    return change
-
-
-def rejected_since(bench, before):
-    return int(bench.counts()['pairs rejected']) - int(before['pairs rejected'])
-
-
 def share_near(values, disparity):
     return np.mean(np.abs(values - disparity) < 0.5)
 
@@ -65,15 +46,6 @@ def test_a_pair_gives_its_disparity_with_every_field_right(bench):
     assert (values[invalid] == message.min_disparity - 1).all()
     assert (values[~invalid] <= message.max_disparity).all()
     assert (values % message.delta_d == 0).all()
-
-
-def test_twelve_bits_colour_and_a_change_of_size_are_matched_as_they_come(bench):
-    deep = [image.astype(np.uint16) * 16 for image in PAIR]
-    colour = [np.repeat(image[:, :, None], 3, 2) for image in PAIR]
-    for pair in (deep, colour, shifted_pair(SHIFT, rows=81, columns=99)):
-        values = values_of(bench.match(*pair).image)
-        assert values.shape == pair[0].shape[:2]
-        assert share_near(values[:, 15:], SHIFT) > 0.95
 
 
 def test_confidence_comes_with_the_stamp_of_the_pair(bench):
@@ -106,15 +78,8 @@ def test_without_a_baseline_disparities_come_without_metres_and_a_warning(bench)
     bench.counts()
     assert bench.status.level == DiagnosticStatus.WARN
     assert 'points2 cannot be made, though asked for: the baseline is 0 m' in bench.status.message
-
-    def without_k(messages):
-        for topic in ('left/camera_info', 'right/camera_info'):
-            messages[topic].k = 9 * [0.0]
-
-    message = bench.match(*PAIR, change=without_k)
-    assert message.t == pytest.approx(0.12)
-    last = stamp_of(message.header)
-    bench.until(lambda: last in points, 'points of the pair after them, by P alone')
+    last = stamp_of(bench.match(*PAIR).header)
+    bench.until(lambda: last in points, 'points of the pair after them')
     assert stamp not in points
     assert bench.node.log(mark).count('the baseline is 0 m, as P[3] of the right camera_in') == 1
     bench.listener.destroy_subscription(bench.subscriptions.pop())
@@ -124,9 +89,8 @@ def test_without_a_baseline_disparities_come_without_metres_and_a_warning(bench)
 
 
 @pytest.mark.parametrize('change, sentence', [
-    (replace_image('right/image_rect', height=2**31), 'right image: data has 7200 bytes'),
-    (change_projection('right', 3, 24.0), 'the baseline is -0.12 m: left and right are swapped'),
-    (change_projection('left', 0, 0.0), 'left camera_info: the camera is not calibrated'),
+    (lambda messages: messages['right/camera_info'].p.__setitem__(3, 24.0),
+     'the baseline is -0.12 m: left and right are swapped'),
     (lambda messages: [setattr(messages[f'{side}/image_rect'], 'width', 8) for side in (
         'left', 'right')], '16 disparities are more than the 8 columns'),
 ])
@@ -141,6 +105,12 @@ def test_a_bad_pair_is_logged_and_survived(bench, change, sentence):
 def test_bad_pairs_that_keep_coming_are_counted_and_logged_once_in_five_seconds(bench):
     mark, before = bench.node.mark(), bench.counts()
 
+    def since(key):
+        return int(bench.counts()[key]) - int(before[key])
+
+    def spoil(messages):
+        messages['left/image_rect'].encoding = 'flow'
+
     def logged():
         return [float(when) for when in re.findall(
             r"\[(\d+\.\d+)\][^\n]*pair rejected: left image: encoding is 'flow'",
@@ -149,50 +119,15 @@ def test_bad_pairs_that_keep_coming_are_counted_and_logged_once_in_five_seconds(
     number = 0
     while len(logged()) < 2:
         number += 1
-        bench.rig.publish(*PAIR, change=replace_image('left/image_rect', encoding='flow'))
-        bench.until(lambda: rejected_since(bench, before) == number, 'it is counted')  # noqa: B023
+        bench.rig.publish(*PAIR, change=spoil)
+        bench.until(lambda: since('pairs rejected') == number, 'it is counted')  # noqa: B023
         bench.node.logged("pair rejected: left image: encoding is 'flow'", mark)
     first, second = logged()[:2]
     assert second - first > 4
     bench.match(*PAIR)
-    after = bench.counts()
-    assert int(after['pairs synchronised']) - int(before['pairs synchronised']) == number + 1
-    assert int(after['pairs matched']) - int(before['pairs matched']) == 1
-    assert int(after['rejected: encoding']) >= number
+    assert (since('pairs synchronised'), since('pairs matched')) == (number + 1, 1)
+    assert int(bench.counts()['rejected: encoding']) >= number
     assert ' pairs rejected since the last report ' in bench.node.log()
-
-
-def test_in_a_flood_the_newest_pair_wins_and_the_counts_add_up(bench):
-    left, right = shifted_pair(SHIFT, rows=240, columns=320)
-    before, dropped = bench.counts(), 0
-    while not dropped:      # where the cameras are slower than the node, nothing is
-        for _ in range(40):
-            last = bench.rig.publish(left, right)
-            bench.executor.spin_once(timeout_sec=0)
-        bench.until(lambda: last in bench.disparities, 'the newest pair')  # noqa: B023
-        after = bench.counts()
-        came, matched, dropped, rejected = (
-            int(after[key]) - int(before[key])
-            for key in ('pairs synchronised', 'pairs matched', 'pairs dropped', 'pairs rejected'))
-        assert after['pairs waiting'] == '0'
-        assert rejected == 0
-        assert came == matched + dropped
-    bench.node.logged(' pairs dropped since the last report ')
-    assert list(bench.disparities)[-1] == last
-
-
-def test_without_a_subscriber_nothing_is_subscribed_and_each_return_is_served(bench):
-    for _ in range(2):
-        bench.leave()
-        bench.until(lambda: not bench.rig.subscribed(), 'the node takes its subscriptions back')
-        bench.counts()
-        assert bench.status.message == 'idle: no output has a subscriber'
-        bench.listen(disparity=False)
-        bench.until(bench.rig.subscribed, 'the node subscribes again')
-        bench.confidences.clear()
-        bench.until(lambda: bench.rig.publish(*PAIR) and bench.confidences, 'confidence alone')
-        bench.listen(confidence=False)
-        bench.first_match(*PAIR)
 
 
 def test_the_report_when_no_pair_comes_says_what_is_missing(bench):
@@ -209,21 +144,6 @@ def test_the_report_when_no_pair_comes_says_what_is_missing(bench):
     assert 'the latest stamps differ by up to 0.000 ms' in line
     assert 'set approximate_sync' in line
     bench.match(*PAIR)
-
-
-def test_diagnostics_tell_times_and_what_the_match_was_like(bench):
-    bench.match(*PAIR)
-    counts = bench.counts()
-    assert bench.status.name == '/disparity_node: stereo matching'
-    assert len(bench.status.values) == 10
-    assert counts['warm start'] in ('true', 'false')
-    assert 0 < float(counts['mean confidence']) <= 1
-    assert 0.5 < float(counts['valid share']) <= 1
-    for key in ('latency', 'matching time'):
-        assert float(counts[f'{key}, median'].split()[0]) > 0
-        assert f'{key}, 95th percentile' in counts
-    for topic in ('left/image_rect', 'left/camera_info', 'right/image_rect', 'right/camera_info'):
-        assert int(counts[f'received {topic}']) > 0
 
 
 # ---- what stereo_image_proc gets wrong ----
