@@ -5,7 +5,7 @@ from contextlib import closing, contextmanager, suppress
 import resource
 import sqlite3
 
-from fuzzed import damaged, examples
+from fuzzed import damaged, examples, leaves
 from fuzzy_stereo_ros.bags.reading import BagReader, DamagedBag, read_stamped
 from fuzzy_stereo_ros.matching import MatcherConfig
 from fuzzy_stereo_ros.pairs.pair_reader import PairReader
@@ -113,14 +113,6 @@ def described(bags, tmp_path):
         return folder
 
     return describe
-
-
-def leaves(tree, path=()):
-    """Return the paths to all values of nested maps and lists."""
-    items = (tree.items() if isinstance(tree, dict) else
-             enumerate(tree) if isinstance(tree, list) else ())
-    return [path] * bool(path) + [leaf for key, value in items
-                                  for leaf in leaves(value, (*path, key))]
 
 
 @examples(60)

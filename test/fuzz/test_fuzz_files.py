@@ -10,7 +10,7 @@ from tempfile import TemporaryDirectory
 import tracemalloc
 
 import cv2
-from fuzzed import damaged, examples
+from fuzzed import damaged, examples, leaves
 from fuzzy_stereo_ros.commands.command_line import main
 from fuzzy_stereo_ros.pairs.camera_files import (
     centred_calibration, read_yaml, rectified_cameras, write_camera, write_middlebury_calibration)
@@ -205,14 +205,6 @@ def test_a_saved_pair_with_a_file_of_any_bytes_is_read_or_rejected(saved, place,
     rejected(read_saved_pair, place(name, content))
 
 
-def places(record, path=()):
-    """Return the paths to all values in a record of maps and lists."""
-    items = (record.items() if isinstance(record, dict) else
-             enumerate(record) if isinstance(record, list) else ())
-    return [path] * bool(path) + [place for key, value in items
-                                  for place in places(value, (*path, key))]
-
-
 ANY_NUMBER = st.one_of(st.integers(), st.floats(), st.sampled_from(
     [0, -1, 2**31, 2**63 - 1, -2**63, 2**63, 10**400, 1e308, 5e-324]))
 
@@ -223,7 +215,7 @@ def test_a_saved_pair_with_any_number_anywhere_is_matched_or_rejected(saved, pla
     record = json.loads(saved['pair.json'])
     # Of the parameters only those that were saved: others may ask for hours.
     *way, last = data.draw(st.sampled_from([
-        one for one in places(record) if 'parameters' not in one and 'config' not in one]))
+        one for one in leaves(record) if 'parameters' not in one and 'config' not in one]))
     inner = record
     for key in way:
         inner = inner[key]

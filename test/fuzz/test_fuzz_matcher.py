@@ -130,10 +130,8 @@ def test_images_of_more_pixels_than_can_be_numbered_take_no_memory(shape):
 
 
 @pytest.mark.parametrize('stamp', [1.5, math.nan, 'now', b'1', [1], np.datetime64(5, 'ns')])
-@pytest.mark.parametrize('profile', PROFILES)
-def test_a_stamp_that_is_no_whole_number_is_rejected_and_the_next_frame_is_as_without(
-        stamp, profile):
-    config = MatcherConfig.from_profile(profile, disparities=8, generations=1, threads=1)
+def test_a_stamp_that_is_no_whole_number_is_rejected_and_the_next_frame_is_as_without(stamp):
+    config = MatcherConfig(disparities=8, threads=1)
     matcher, other = StereoMatcher(config), StereoMatcher(config)
     image = noise(np.uint8, (20, 30), 0)
     for one in (matcher, other):
@@ -141,7 +139,7 @@ def test_a_stamp_that_is_no_whole_number_is_rejected_and_the_next_frame_is_as_wi
     with pytest.raises(ValueError, match='the stamp is .*; allowed are whole numbers of ns'):
         matcher.match(image, image, stamp=stamp)
     expected, found = (one.match(image, image, stamp=2) for one in (other, matcher))
-    assert found.warm == expected.warm
+    assert found.warm and expected.warm
     np.testing.assert_array_equal(found.disparity, expected.disparity)
 
 

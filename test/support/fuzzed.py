@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""How many examples a fuzz test tries, and bytes that were damaged."""
+"""How many examples a fuzz test tries, bytes that were damaged, and places of values."""
 from datetime import timedelta
 from functools import partial
 
@@ -42,3 +42,11 @@ def _with_damage(content, flips, kept):
     for place, bits in flips:
         damaged_bytes[int(place * len(content))] ^= bits
     return bytes(damaged_bytes[:round(kept * len(content))])
+
+
+def leaves(tree, path=()):
+    """Return the paths to all values of nested maps and lists."""
+    items = (tree.items() if isinstance(tree, dict) else
+             enumerate(tree) if isinstance(tree, list) else ())
+    return [path] * bool(path) + [leaf for key, value in items
+                                  for leaf in leaves(value, (*path, key))]
