@@ -18,7 +18,7 @@ import sys
 from drawn_frames import frames_of, options, SCENES
 from fuzzed import examples
 from fuzzy_stereo_ros.matching import arrays, MatcherConfig, StereoMatcher
-from hypothesis import given, seed
+from hypothesis import given, seed, settings
 import numpy as np
 try:
     from numpy._core import _multiarray_umath
@@ -142,7 +142,7 @@ def match_all(profile, kinds):
 def match_drawn(profile, number):
     """Match a number of sequences, others in each profile."""
     @seed(0)
-    @examples(number)
+    @settings(examples(number), deadline=None)      # some compile a kernel
     @given(options(profile), SCENES)
     def match(config, scene):
         config = replace(config, threads=1, disparities=min(config.disparities, scene['columns']))
