@@ -50,8 +50,8 @@ def interrupted(monkeypatch):
 
 
 ROUND = 14      # pairs, after which a recording that loops begins again with its stamps
-SIGNALS = {'interrupted': signal.SIGINT, 'terminated': signal.SIGTERM, 'full disk': None,
-           'killed': signal.SIGKILL, 'interrupted with its workers': signal.SIGINT}
+SIGNALS = {'interrupted': [signal.SIGINT, signal.SIGTERM], 'full disk': [],
+           'killed': [signal.SIGKILL], 'interrupted with its workers': [signal.SIGINT]}
 STRUCK = """\
 import os, sys
 from fuzzy_stereo_ros.bags import writing
@@ -91,7 +91,7 @@ def test_whatever_ends_a_replay_what_was_matched_is_a_bag_and_continues_to_what_
 
     def end(name, pairs, options):
         if others:
-            return run(STRUCK % SIGNALS[how], pairs, name, *options, *in_segments * (
+            return run(STRUCK % SIGNALS[how][0], pairs, name, *options, *in_segments * (
                 '--workers', 2)).stderr
         if how == 'full disk':
             write, room = BagWriter._write, iter(range(5 * pairs))
@@ -104,7 +104,8 @@ def test_whatever_ends_a_replay_what_was_matched_is_a_bag_and_continues_to_what_
             with monkeypatch.context() as patch:
                 patch.setattr(BagWriter, '_write', limited)
                 return rejection(capsys, name, options=options)
-        interrupted(pairs, SIGNALS[how], 128 + SIGNALS[how], bag=name, options=options)
+        for number in SIGNALS[how]:
+            interrupted(pairs, number, 128 + number, bag=name, options=options)
         return capsys.readouterr().err
 
     @settings(examples(2 if others else 4), deadline=None)
