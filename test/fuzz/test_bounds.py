@@ -38,6 +38,7 @@ def checked():
 
 # Kernels that check raise where an index is wrong on any side. What SIMD reaches is the same in
 # both: pages behind the arrays are enough for the one, before them for the other.
+@pytest.mark.timeout(1800)      # it may compile all kernels
 @pytest.mark.parametrize('where, checks', [('behind', False), ('before', True)])
 def test_matching_touches_no_byte_beside_an_array(where, checks, request):
     variables = request.getfixturevalue('checked') if checks else {}
