@@ -21,19 +21,20 @@ MIB = 2**20
 MESSAGES = Messages()
 
 
-def picture(number, size=MIB // 4):
-    """Return the bytes of an Image whose pixels tell its number."""
-    return MESSAGES.content(MESSAGES.make(
+def write_one(bag, number):
+    """Write a picture, logged at its number, which its pixels tell, too."""
+    size = MIB // 4
+    bag.write(TOPIC, KIND, MESSAGES.typestore, MESSAGES.content(MESSAGES.make(
         KIND, height=1, width=size, step=size, encoding='mono8',
-        data=np.full(size, number % 251, np.uint8)))
+        data=np.full(size, number, np.uint8))), number)
+    bag.commit()
 
 
-def write(folder, numbers, storage='mcap', size=MIB // 4, close=True):
-    """Write pictures, each logged at its number, and return the BagWriter."""
+def write(folder, numbers, storage='mcap', close=True):
+    """Write pictures and return the BagWriter."""
     bag = BagWriter(folder, storage)
     for number in numbers:
-        bag.write(TOPIC, KIND, MESSAGES.typestore, picture(number, size), number)
-        bag.commit()
+        write_one(bag, number)
     if close:
         bag.close()
     return bag
@@ -42,31 +43,25 @@ def write(folder, numbers, storage='mcap', size=MIB // 4, close=True):
 def numbers_of(folder):
     """Return the numbers of the pictures of a bag; each is checked to be the one it should be."""
     found = content(folder, TOPIC)
-    assert all((message.data == log_time % 251).all() for _, log_time, message in found)
+    assert all((message.data == log_time).all() for _, log_time, message in found)
     return [log_time for _, log_time, _ in found]
 
 
 @pytest.mark.parametrize('storage', FORMATS)
-def test_what_is_written_is_read_and_counted(tmp_path, storage):
+@pytest.mark.parametrize('part, files', [(4 * MIB, 1), (MIB, 3)])
+def test_what_is_written_is_read_and_counted_and_a_file_that_grows_large_followed_by_another(
+        tmp_path, storage, monkeypatch, part, files):
+    monkeypatch.setattr(bag_writing, 'PART_BYTES', part)
     bag = write(tmp_path / 'bag', range(10), storage)
     assert numbers_of(tmp_path / 'bag') == list(range(10))
     assert (bag.counts, bag.last) == ({TOPIC: 10}, 9)
     assert {path.name for path in (tmp_path / 'bag').iterdir()} == {
-        METADATA, f'bag_0{STORAGE_SUFFIXES[storage]}'}
+        METADATA, *(f'bag_{number}{STORAGE_SUFFIXES[storage]}' for number in range(files))}
     with open_bag(tmp_path / 'bag') as reader:
         assert (reader.start_time, reader.end_time) == (0, 10)
         assert reader.topics[TOPIC].msgcount == 10
-        (connection,) = reader.connections
-        assert connection.digest == MESSAGES.typestore.hash_rihs01(KIND)
-
-
-@pytest.mark.parametrize('storage', FORMATS)
-def test_a_file_that_grows_large_is_followed_by_another_of_the_same_bag(
-        tmp_path, storage, monkeypatch):
-    monkeypatch.setattr(bag_writing, 'PART_BYTES', 2 * MIB)
-    write(tmp_path / 'bag', range(40), storage)
-    assert len(list((tmp_path / 'bag').glob('bag_*'))) in (4, 5)
-    assert numbers_of(tmp_path / 'bag') == list(range(40))
+        assert {connection.digest for connection in reader.connections} == {
+            MESSAGES.typestore.hash_rihs01(KIND)}
 
 
 @pytest.mark.parametrize('storage, part, left', [
@@ -111,8 +106,7 @@ def test_whole_parts_stay_although_others_filled_the_disk_to_the_last_byte(
             pass
     with pytest.raises(OSError, match='bag cannot be written any further: '):
         for number in range(9, 20):
-            bag.write(TOPIC, KIND, MESSAGES.typestore, picture(number), number)
-            bag.commit()
+            write_one(bag, number)
     assert numbers_of(disk / 'bag') == list(range(8))
     assert (bag.counts[TOPIC], bag.last) == (8, 7)
     assert {path.name for path in (disk / 'bag').iterdir()} == {
@@ -123,9 +117,8 @@ def test_after_a_failure_nothing_more_is_written_and_no_second_one_raised(tmp_pa
     bag = BagWriter(tmp_path / 'file' / 'bag')
     (tmp_path / 'file').write_text('no folder')
     with pytest.raises(OSError, match='bag cannot be written any further: '):
-        bag.write(TOPIC, KIND, MESSAGES.typestore, picture(0), 0)
-    bag.write(TOPIC, KIND, MESSAGES.typestore, picture(1), 1)
-    bag.commit()
+        write_one(bag, 0)
+    write_one(bag, 1)
     bag.close()
     assert bag.counts[TOPIC] == 0
 

@@ -22,14 +22,12 @@ def driven(frames, seed, **options):
     return list(make_sequence(120, 160, 32, frames, seed, drive=0.1, pan=2.0, **options))
 
 
-@pytest.mark.parametrize('seed, frame', [
-    *((seed, None) for seed in range(4)),
-    (0, 0), (1, 4), (2, 4)])
+@pytest.mark.parametrize('seed, frame', [(0, None), (1, None), (2, 0), (2, 2)])
 def test_the_right_image_moved_by_the_truth_and_by_no_other_is_the_left_image_where_visible(
         seed, frame):
     """With a frame: of a drive."""
     pair = make_pair(150, 201, 40, seed, colour=True) if frame is None else driven(
-        5, seed, colour=True, objects=8)[frame]
+        3, seed, colour=True, objects=8)[frame]
     difference, less, more = (abs(warp_right_to_left(pair._replace(
         truth=pair.truth + shift)).astype(int) - pair.left).max(axis=2) for shift in (0, -1, 1))
     assert np.median(difference[pair.visible]) <= 2
@@ -40,7 +38,7 @@ def test_the_right_image_moved_by_the_truth_and_by_no_other_is_the_left_image_wh
     assert 0.6 < pair.visible.mean() < 0.99
 
 
-@settings(deadline=None, max_examples=25)
+@settings(deadline=None, max_examples=15)
 @given(rows=st.integers(1, 40), columns=st.integers(1, 60), share=st.floats(0, 1),
        low=st.integers(-20, 20), seed=st.integers(0, 1000), bits=st.sampled_from([8, 12, 16]),
        colour=st.booleans(), thin=st.integers(0, 5))
@@ -61,16 +59,15 @@ def test_any_size_gives_what_was_asked_for(rows, columns, share, low, seed, bits
 @pytest.mark.parametrize('drive', [0.0, 0.1])
 def test_the_same_seed_gives_the_same_bits_and_another_seed_does_not(drive):
     options = {'drive': drive, 'pan': 2.5, 'motion': 3, 'noise': 4, 'flicker': 0.2, 'colour': True}
-    first, again = (list(make_sequence(40, 60, 16, 3, 7, **options)) for _ in range(2))
+    first, again = (list(make_sequence(40, 60, 16, 2, 7, **options)) for _ in range(2))
     assert all(map(np.array_equal, sum(first, ()), sum(again, ())))
     assert not np.array_equal(first[0].truth, make_pair(40, 60, 16, 8, drive=drive).truth)
 
 
 def test_a_pan_moves_the_whole_scene_by_its_pixels():
-    frames = list(make_sequence(40, 90, 16, 3, 2, pan=4))
-    for before, after in zip(frames, frames[1:]):
-        assert np.allclose(before.truth[:, 4:], after.truth[:, :-4], atol=1e-4)
-        assert np.abs(before.left[:, 4:].astype(int) - after.left[:, :-4]).max() <= 1
+    before, after = make_sequence(40, 90, 16, 2, 2, pan=4)
+    assert np.allclose(before.truth[:, 4:], after.truth[:, :-4], atol=1e-4)
+    assert np.abs(before.left[:, 4:].astype(int) - after.left[:, :-4]).max() <= 1
 
 
 def test_noise_is_as_strong_as_asked_and_fresh_in_every_image():

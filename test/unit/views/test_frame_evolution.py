@@ -15,9 +15,8 @@ import numpy as np
 import pytest
 from rejected import rejection
 
-CONFIG = MatcherConfig(disparities=24, threads=1)
 PAIR = make_pair(96, 128, 24, 2, colour=True)
-FRAMES = 4
+FRAMES = 3
 
 
 @pytest.fixture
@@ -37,18 +36,6 @@ def watched(config, pairs, truth=None, mask=None):
     told, course = [], Course(config, truth, mask, len(pairs))
     observe_frames(config, pairs, lambda snapshot: (told.append(snapshot), course.add(snapshot)))
     return told, course
-
-
-def test_observing_a_sequence_changes_nothing_and_reports_the_warm_start():
-    pairs = [(PAIR.left, PAIR.right)] * FRAMES
-    frames, course = watched(CONFIG, pairs, PAIR.truth, PAIR.visible)
-    matcher = StereoMatcher(CONFIG)
-    for frame, row, pair in zip(frames, course.rows, pairs):
-        match = matcher.match(*pair)
-        np.testing.assert_array_equal(frame.best, match.disparity)
-        assert (row['warm'], row['gains']) == (match.warm, match.gains)
-    assert [row['warm'] for row in course.rows] == [False, True, True, True]
-    assert course.rows[-1]['bad_1'] < 100
 
 
 @pytest.mark.parametrize('reference', ['left', 'right'])
@@ -79,26 +66,30 @@ def test_of_paper_it_tells_which_genes_are_new_and_how_possible_the_best_is(refe
 
 @pytest.mark.parametrize('profile', ['realtime', 'fast'])
 def test_genes_are_of_the_half_size_map_then_of_the_previous_best_until_a_cut(profile):
+    """What is told of the result is that of a matcher that nobody watches."""
     other = make_pair(96, 128, 24, 7, colour=True)
-    pairs = [(PAIR.left, PAIR.right)] * 3 + [(other.left, other.right)]
+    pairs = [(PAIR.left, PAIR.right)] * 2 + [(other.left, other.right)]
     config = MatcherConfig.from_profile(profile, disparities=24, threads=1)
-    frames, course = watched(config, pairs)
-    first, second, third, cut = (row['origins'] for row in course.rows)
-    for frame, shares in zip(frames, (first, second, third, cut)):
+    frames, course = watched(config, pairs, PAIR.truth, PAIR.visible)
+    matcher = StereoMatcher(config)
+    for frame, row, pair in zip(frames, course.rows, pairs, strict=True):
+        match, shares = matcher.match(*pair), row['origins']
+        np.testing.assert_array_equal(frame.best, match.disparity)
+        assert (row['warm'], row['gains']) == (match.warm, match.gains)
         assert sum(shares.values()) == pytest.approx(1)
         assert shares['previous best'] == np.mean(frame.origin == FIRST)
         assert shares['mutated by one'] == np.mean(frame.origin == MUTATED)
+    assert [row['warm'] for row in course.rows] == [False, True, False]
+    assert course.rows[1]['bad_1'] < course.rows[2]['bad_1']
+    first, second, cut = (row['origins'] for row in course.rows)
     assert first['previous best'] == cut['previous best'] == 0
-    assert min(first['half-size map'], cut['half-size map']) > 0.5
-    assert min(second['previous best'], third['previous best']) > 0.5
+    assert min(first['half-size map'], second['previous best'], cut['half-size map']) > 0.5
 
 
-@pytest.mark.parametrize('profile', [
-    pytest.param('paper_live', marks=pytest.mark.slow), 'fast'])
-def test_two_folders_are_a_sequence_of_frames(folders, tmp_path, capsys, profile):
+def test_two_folders_are_a_sequence_of_frames(folders, tmp_path, capsys):
     pytest.importorskip('matplotlib')
     picture, film = tmp_path / 'frames.png', tmp_path / 'frames.avi'
-    told = ['evolve', *map(str, folders), '--disparities', '24', '--profile', profile,
+    told = ['evolve', *map(str, folders), '--disparities', '24', '--profile', 'fast',
             '--picture', str(picture), '--video', str(film)]
     assert main(told) == 0
     assert f'{picture}: written' in capsys.readouterr().out
@@ -108,7 +99,7 @@ def test_two_folders_are_a_sequence_of_frames(folders, tmp_path, capsys, profile
     (folders[1] / '01.png').unlink()        # those of both are left
     assert main([*told[:-4], '--json']) == 0
     found = json.loads(capsys.readouterr().out)
-    assert [frame['number'] for frame in found['frames']] == [1, 2, 3]
+    assert [frame['number'] for frame in found['frames']] == [1, 2]
 
 
 def test_folders_without_equal_names_or_stamps_are_rejected(folders, capsys):
