@@ -5,6 +5,7 @@ from contextlib import contextmanager, ExitStack
 import gc
 import os
 from pathlib import Path
+import resource
 import signal
 import sys
 
@@ -69,6 +70,14 @@ def folder(tmp_path, monkeypatch):
     """Work in an empty folder."""
     monkeypatch.chdir(tmp_path)
     return tmp_path
+
+
+@pytest.fixture
+def limit_files():
+    """Return a function of the bytes beyond which no file can be written until the test ends."""
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    yield lambda size: resource.setrlimit(resource.RLIMIT_FSIZE, (size, before[1]))
+    resource.setrlimit(resource.RLIMIT_FSIZE, before)
 
 
 @pytest.fixture(scope='module')

@@ -67,7 +67,7 @@ def _sources(camera):
     goal = ((across - camera.centre[0]) / camera.focal[0],
             (down - camera.centre[1]) / camera.focal[1])
     x, y = goal
-    for _ in range(100):
+    for _ in range(20):
         bent = _bent(camera.model, x, y)
         x, y = x + goal[0] - bent[0], y + goal[1] - bent[1]
     assert np.abs(np.array(_bent(camera.model, x, y)) - goal).max() < 1e-9

@@ -5,7 +5,6 @@ from dataclasses import fields, replace
 import json
 import os
 from pathlib import Path
-import resource
 import tempfile
 
 from fuzzy_stereo_ros.matching import Match, MatcherConfig, StereoMatcher
@@ -156,13 +155,9 @@ def test_a_folder_that_is_taken_is_rejected_and_stays_as_it_is(folder):
     rejected('none/report', 'No such file or directory')
 
 
-def test_a_disk_without_room_leaves_no_part_of_a_folder(folder):
-    limits = resource.getrlimit(resource.RLIMIT_FSIZE)
-    resource.setrlimit(resource.RLIMIT_FSIZE, (2000, limits[1]))
-    try:
-        rejected('report', 'File too large')
-    finally:
-        resource.setrlimit(resource.RLIMIT_FSIZE, limits)
+def test_a_disk_without_room_leaves_no_part_of_a_folder(folder, limit_files):
+    limit_files(2000)
+    rejected('report', 'File too large')
 
 
 # ---- damage ----

@@ -17,7 +17,7 @@ calibrations = st.builds(
     st.floats(1, 1e4), st.floats(1, 1e4), st.floats(0.01, 10), numbers, numbers, numbers)
 
 
-@examples(40)
+@examples(20)
 @given(k=st.tuples(*[numbers] * 9), p=st.tuples(*[numbers] * 12), r=st.tuples(*[numbers] * 9),
        d=st.lists(numbers, max_size=14).map(tuple), rows=st.integers(1, 9999),
        model=st.sampled_from(['plumb_bob', 'rational_polynomial', 'equidistant']))
@@ -27,7 +27,7 @@ def test_a_camera_comes_back_from_its_file_to_the_last_bit(tmp_path, k, p, r, d,
     assert read_camera(tmp_path / 'left.yaml') == camera
 
 
-@examples(40)
+@examples(20)
 @given(known=calibrations)
 def test_a_rig_comes_back_from_yaml_and_from_calib_txt(tmp_path, known):
     for side, camera in rectified_cameras(known, 48, 64).items():

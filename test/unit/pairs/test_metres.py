@@ -1,6 +1,7 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Disparities into metres: depth, millimetres and points in space."""
+from fuzzed import examples
 from fuzzy_stereo_ros.pairs.calibration import disparity_of, millimetres_of
 from fuzzy_stereo_ros.pairs.stereo_pair import Calibration, Projection
 from hypothesis import given, strategies as st
@@ -29,6 +30,7 @@ def plain_depth(disparity, calibration):
     return depth
 
 
+@examples(40)
 @given(DISPARITIES, CALIBRATIONS)
 def test_depth_is_focal_length_times_baseline_by_the_corrected_disparity(disparity, calibration):
     given_disparity = disparity.copy()
@@ -49,6 +51,7 @@ def test_millimetres_are_rounded_and_zero_where_there_are_none(depth, millimetre
         assert found.dtype == np.uint16
 
 
+@examples(40)
 @given(DISPARITIES, CALIBRATIONS)
 def test_a_point_is_seen_at_its_pixel_with_its_disparity(disparity, calibration):
     left, depth = calibration.left, calibration.depth(disparity)

@@ -1,6 +1,7 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """The synchroniser: sets depend on stamps alone, every message is accounted for."""
+from fuzzed import examples
 from fuzzy_stereo_ros.pairs.synchroniser import Synchroniser
 from hypothesis import given, strategies as st
 
@@ -68,6 +69,7 @@ def test_a_straggler_from_before_the_jump_costs_no_set():
     check_every_message_is_accounted_for(synchroniser)
 
 
+@examples(40)
 @given(interleaved(streams()))
 def test_equal_stamps_give_the_same_sets_in_any_arrival_order(events):
     synchroniser = Synchroniser(TOPICS)
@@ -85,6 +87,7 @@ def test_equal_stamps_give_the_same_sets_in_any_arrival_order(events):
     check_every_message_is_accounted_for(synchroniser)
 
 
+@examples(40)
 @given(streams(), st.data(), st.sampled_from([0, 1, 3]))
 def test_nearest_stamps_give_the_same_sets_in_any_arrival_order(drawn, data, tolerance):
     results = []
@@ -100,6 +103,7 @@ def test_nearest_stamps_give_the_same_sets_in_any_arrival_order(drawn, data, tol
         assert not tolerance or max(abs(stamp - joined[0]) for stamp in joined) <= tolerance
 
 
+@examples(40)
 @given(interleaved(st.fixed_dictionaries(
     {topic: st.lists(st.integers(0, 30), max_size=20) for topic in TOPICS})),
     st.sampled_from([None, 0, 2]))
@@ -111,6 +115,7 @@ def test_stamps_in_any_disorder_lose_no_message_from_the_count(events, tolerance
     check_every_message_is_accounted_for(synchroniser)
 
 
+@examples(40)
 @given(interleaved(streams()), st.sampled_from([None, 0, 3]))
 def test_the_newest_message_of_a_cached_topic_is_in_every_set(events, tolerance):
     cached = ('left_info', 'right_info')
