@@ -22,11 +22,9 @@ NODES = 'disparity_node', 'managed_disparity_node', 'simulated_cameras'
 COMMANDS = {*NODES, 'fuzzy-stereo'}
 # Extras of setup.py that rosdep does not know; what needs them says so.
 OPTIONAL = {'argcomplete', 'av', 'dask', 'distributed', 'rosbags'}
-ROSDEP_KEYS = {'cv2': 'python3-opencv', 'jinja2': 'python3-jinja2', 'llvmlite': 'python3-numba',
-               'matplotlib': 'python3-matplotlib', 'numba': 'python3-numba',
-               'numpy': 'python3-numpy', 'pandas': 'python3-pandas', 'psutil': 'python3-psutil',
-               'scipy': 'python3-scipy', 'skimage': 'python3-skimage', 'tqdm': 'python3-tqdm',
-               'yaml': 'python3-yaml'}
+ROSDEP_KEYS = {'cv2': 'python3-opencv', 'llvmlite': 'python3-numba', **{
+    name: f'python3-{name}' for name in ('jinja2', 'matplotlib', 'numba', 'numpy', 'pandas',
+                                         'psutil', 'scipy', 'skimage', 'tqdm', 'yaml')}}
 
 
 def installed_prefix():

@@ -24,19 +24,9 @@ BEGINNINGS = ('os.exec', 'os.spawn', 'os.posix_spawn', 'np.lib.')
 STARTING = {'fuzzy_stereo_ros/matching/compiling.py', 'setup.py'}
 
 
-def called(node):
-    """Return the dotted name of what is called, as far as it is one."""
-    parts = []
-    node = node.func
-    while isinstance(node, ast.Attribute):
-        parts.append(node.attr)
-        node = node.value
-    return '.'.join(reversed([*parts, getattr(node, 'id', '')]))
-
-
 def why_rejected(path, node):
     """Return what is wrong with a call, or None."""
-    name, given = called(node), {word.arg: word.value for word in node.keywords}
+    name, given = ast.unparse(node.func), {word.arg: word.value for word in node.keywords}
     if name in CALLS or name.startswith(BEGINNINGS):
         return name
     pickles = given.get('allow_pickle')

@@ -19,27 +19,6 @@ CALIBRATIONS = st.builds(
         st.floats(-10, 50)))
 
 
-def plain_depth(disparity, calibration):
-    """Return depth pixel by pixel, float64 (R, C)."""
-    depth = np.full(disparity.shape, np.nan)
-    for place, value in np.ndenumerate(disparity):
-        corrected = float(value - np.float32(calibration.offset))
-        if not np.isnan(value):
-            depth[place] = (calibration.focal * calibration.baseline / corrected
-                            if corrected > 0 else np.inf)
-    return depth
-
-
-@examples(40)
-@given(DISPARITIES, CALIBRATIONS)
-def test_depth_is_focal_length_times_baseline_by_the_corrected_disparity(disparity, calibration):
-    given_disparity = disparity.copy()
-    depth = calibration.depth(disparity)
-    assert depth.dtype == np.float32
-    np.testing.assert_allclose(depth, plain_depth(disparity, calibration), rtol=3e-7)
-    np.testing.assert_array_equal(disparity, given_disparity)
-
-
 @pytest.mark.parametrize('depth, millimetres', [
     (np.nan, 0), (np.inf, 0), (0.0004, 0), (0.0006, 1), (1.2344, 1234), (1.2346, 1235),
     (65.5344, 65534), (65.535, 65535), (65.536, 0), (70.0, 0), (131.07, 0), (2.2e6, 0),
@@ -51,13 +30,17 @@ def test_millimetres_are_rounded_and_zero_where_there_are_none(depth, millimetre
         assert found.dtype == np.uint16
 
 
-@examples(40)
+@examples(60)
 @given(DISPARITIES, CALIBRATIONS)
 def test_a_point_is_seen_at_its_pixel_with_its_disparity(disparity, calibration):
-    left, depth = calibration.left, calibration.depth(disparity)
+    before, left, depth = disparity.copy(), calibration.left, calibration.depth(disparity)
+    np.testing.assert_array_equal(disparity, before)
     points = left.points(depth, np.full((*depth.shape, 3), -7, np.float32)).astype(np.float64)
     corrected = disparity - np.float32(calibration.offset)
     seen = corrected > 0
+    np.testing.assert_array_equal(
+        depth[~seen], np.where(np.isnan(disparity), np.float32(np.nan), np.inf)[~seen])
+    assert depth.dtype == np.float32
     rows, columns = np.nonzero(seen)
     x, y, z = points[seen].T
     assert (z > 0).all()
