@@ -36,7 +36,7 @@ def made(rows=120, columns=240, levels=256):
 
 def compressing(monkeypatch):
     """Have chunks compressed in the bags that are written."""
-    for writer, mode in ((Writer1, (Writer1.CompressionFormat.BZ2,)), (
+    for writer, mode in ((Writer1, (Writer1.CompressionFormat.LZ4,)), (
             Writer2, (CompressionMode.STORAGE, CompressionFormat.ZSTD))):
         def open_compressed(self, of=writer.open, mode=mode):
             self.set_compression(*mode)
