@@ -20,8 +20,8 @@ import fuzzy_stereo_ros
 from fuzzy_stereo_ros.evaluation.baselines import opencv_threads
 from fuzzy_stereo_ros.evaluation.catalogue import Scene
 from fuzzy_stereo_ros.evaluation.matchers import Ours
-from fuzzy_stereo_ros.evaluation.report import environment, mean, Report
-from fuzzy_stereo_ros.evaluation.scores import flicker
+from fuzzy_stereo_ros.evaluation.report import environment, Report
+from fuzzy_stereo_ros.evaluation.scores import flicker, mean
 import pandas as pd
 
 

@@ -10,8 +10,8 @@ from itertools import pairwise
 import time
 
 from bench.datasets import cropped, read_motorcycle
-from fuzzy_stereo_ros.evaluation.report import mean, Table
-from fuzzy_stereo_ros.evaluation.scores import flicker, score
+from fuzzy_stereo_ros.evaluation.report import Table
+from fuzzy_stereo_ros.evaluation.scores import flicker, mean, score
 from fuzzy_stereo_ros.pairs.messages import stamp_of
 import numpy as np
 

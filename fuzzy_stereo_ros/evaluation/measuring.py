@@ -14,8 +14,7 @@ import math
 from fuzzy_stereo_ros.evaluation.ground_truth import (
     at_matches, GroundTruthPair, MASKS, TOLERANCE)
 from fuzzy_stereo_ros.evaluation.matchers import Task
-from fuzzy_stereo_ros.evaluation.report import mean
-from fuzzy_stereo_ros.evaluation.scores import flicker, score, THRESHOLDS
+from fuzzy_stereo_ros.evaluation.scores import flicker, mean, score, THRESHOLDS
 from fuzzy_stereo_ros.matching.search_range import PAIRS, search_range
 from fuzzy_stereo_ros.pairs.stereo_pair import width_by_height
 import numpy as np

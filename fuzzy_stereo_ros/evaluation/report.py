@@ -10,7 +10,6 @@ import platform
 import re
 
 import cv2
-import numpy as np
 import pandas as pd
 
 
@@ -88,12 +87,6 @@ def cell(value, digits):
     if value is None or isinstance(value, float) and math.isnan(value):
         return '-'
     return f'{value:.{digits}f}' if isinstance(value, float) else str(value)
-
-
-def mean(values):
-    """Return the mean of the values that are neither None nor NaN: float, NaN of none."""
-    known = [value for value in values if value is not None and not math.isnan(value)]
-    return float(np.mean(known)) if known else math.nan
 
 
 def _list(sentences):

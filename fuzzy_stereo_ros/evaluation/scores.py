@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Scores of disparity maps: errors against ground truth, flicker between frames."""
 from dataclasses import dataclass
+import math
 
 import numpy as np
 
@@ -78,6 +79,12 @@ def flicker(before, after, shift=(0, 0)):
                       for step, size in zip(shift, after.shape)) for sign in (1, -1))
     change = _apart(after[new], before[old])
     return _percent(change[np.isfinite(change)] > 1)
+
+
+def mean(values):
+    """Return the mean of the values that are neither None nor NaN: float, NaN of none."""
+    known = [value for value in values if value is not None and not math.isnan(value)]
+    return float(np.mean(known)) if known else math.nan
 
 
 def _apart(one, other):

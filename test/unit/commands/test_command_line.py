@@ -166,6 +166,15 @@ def test_the_version_is_that_of_the_package(capsys):
     assert capsys.readouterr().out == f'fuzzy-stereo {__version__}\n'
 
 
+def test_the_command_starts_without_the_libraries_that_are_optional():
+    extras = ('argcomplete', 'av', 'dask', 'distributed', 'jinja2', 'matplotlib', 'pandas',
+              'rosbags', 'tabulate')
+    subprocess.run([sys.executable, '-c', (
+        f'import sys; sys.modules.update(dict.fromkeys({extras}))\n'
+        'from fuzzy_stereo_ros.commands.command_line import main\n'
+        "main(['--version'])")], check=True)
+
+
 # ---- a saved pair ----
 
 
