@@ -11,8 +11,11 @@ def __getattr__(name):
         from fuzzy_stereo_ros import matching
         return getattr(matching, name)
     if name == '__version__':
-        from importlib.metadata import version
-        return version(__name__)
+        from importlib.metadata import PackageNotFoundError, version
+        try:
+            return version(__name__)
+        except PackageNotFoundError:
+            return 'unknown'    # the package is not installed
     raise AttributeError(f'module {__name__!r} has no attribute {name!r}')
 
 

@@ -14,7 +14,6 @@ Save a pair, its match, and all that the match depends on, in a folder: a bug re
 for bit. A folder is read by the version that wrote it.
 """
 from dataclasses import asdict, dataclass, field, fields, replace
-from importlib.metadata import PackageNotFoundError
 import io
 import json
 from pathlib import Path
@@ -50,13 +49,9 @@ ROWS = {**{name: type(value) for name, value in Rows()._asdict().items()},
 
 def versions():
     """Return {name: text} of versions, the platform, and the processor that numba compiles for."""
-    try:
-        version = fuzzy_stereo_ros.__version__
-    except PackageNotFoundError:    # the package is not installed
-        version = 'unknown'
     _, processor, features = cpu_target.target_context.codegen().magic_tuple()
     return {
-        'fuzzy_stereo_ros': version,
+        'fuzzy_stereo_ros': fuzzy_stereo_ros.__version__,
         'python': platform.python_version(),
         'numpy': np.__version__,
         'numba': numba.__version__,

@@ -141,18 +141,13 @@ def dense(disparity):
     row without any takes the nearest row that has one; a map without any becomes 0.
     disparity: float32 (R, C), pixels, NaN = invalid.
     """
-    filled = np.fmin(_last_valid(disparity), _last_valid(disparity[:, ::-1])[:, ::-1])
+    import pandas as pd
+
+    given = pd.DataFrame(disparity)
+    filled = np.fmin(given.ffill(axis=1), given.bfill(axis=1)).to_numpy()
     known = np.flatnonzero(np.isfinite(filled[:, 0]))
     if not known.size:
         return np.zeros_like(filled)
     rows = np.arange(len(filled))
     nearest = known[np.argmin(abs(rows[:, None] - known), axis=1)]
     return cv2.medianBlur(np.ascontiguousarray(filled[nearest], np.float32), MEDIAN)
-
-
-def _last_valid(disparity):
-    """Return for each pixel the nearest valid disparity to its left or itself, NaN if none."""
-    columns = np.arange(disparity.shape[1])
-    last = np.maximum.accumulate(np.where(np.isfinite(disparity), columns, -1), axis=1)
-    found = np.take_along_axis(disparity, np.maximum(last, 0), axis=1)
-    return np.where(last >= 0, found, np.nan)

@@ -10,6 +10,8 @@ import platform
 import re
 
 import cv2
+import fuzzy_stereo_ros
+import numpy as np
 import pandas as pd
 
 
@@ -57,13 +59,13 @@ class Report:
 
 def environment(threads):
     """Return machine, versions, threads and load of a measurement, {what: words}."""
-    versions = {'fuzzy_stereo_ros': 'fuzzy_stereo_ros', 'NumPy': 'numpy', 'numba': 'numba'}
     return {
         'machine': f'{_processor()}, {os.cpu_count()} cores, {platform.machine()}, '
                    f'{platform.system()}',
         'versions': ', '.join([
             f'Python {platform.python_version()}', f'OpenCV {cv2.__version__}',
-            *(f'{name} {_version(package)}' for name, package in versions.items())]),
+            f'fuzzy_stereo_ros {fuzzy_stereo_ros.__version__}', f'NumPy {np.__version__}',
+            f"numba {metadata.version('numba')}"]),
         'threads': threads,
         'load': f'load average (1 min) {os.getloadavg()[0]:.1f}',
     }
@@ -100,10 +102,3 @@ def _processor():
     except OSError:
         found = None
     return found[1].strip() if found else platform.processor() or 'unknown processor'
-
-
-def _version(package):
-    try:
-        return metadata.version(package)
-    except metadata.PackageNotFoundError:
-        return 'not installed'
