@@ -4,16 +4,13 @@
 from copy import copy
 from dataclasses import replace
 
-from fuzzy_stereo_ros.matching import MatcherConfig
+from fuzzy_stereo_ros.matching import MatcherConfig, PROFILES
 from fuzzy_stereo_ros.parameters.table import (
-    IGNORED_PARAMETERS, in_ros_words, nearest, NODE_PARAMETERS, preset_changes, ros_name,
-    ROS_PARAMETERS)
+    IGNORED_PARAMETERS, in_ros_words, nearest, NODE_PARAMETERS, ros_name, ROS_PARAMETERS)
 from rcl_interfaces.msg import (
     FloatingPointRange, IntegerRange, ParameterDescriptor, SetParametersResult)
 from rclpy.parameter import Parameter
-from rclpy.qos import (
-    DurabilityPolicy, HistoryPolicy, QoSPolicyKind, QoSPresetProfiles, QoSProfile,
-    ReliabilityPolicy)
+from rclpy.qos import DurabilityPolicy, QoSPolicyKind, QoSPresetProfiles, QoSProfile
 from rclpy.qos_overriding_options import QoSOverridingOptions
 
 QOS_OVERRIDES = 'qos_overrides.'    # ROS declares these with each publisher and subscription
@@ -26,16 +23,12 @@ OVERRIDABLE = QoSOverridingOptions((
 
 def qos_profile(word, depth=1):
     """Return the QoSProfile for a value of input_qos or output_qos; depth: of `reliable`."""
-    profiles = {
-        'sensor_data': QoSPresetProfiles.SENSOR_DATA.value,
-        'reliable': QoSProfile(history=HistoryPolicy.KEEP_LAST, depth=depth,
-                               reliability=ReliabilityPolicy.RELIABLE),
-        'best_available': QoSPresetProfiles.BEST_AVAILABLE.value,
-        'latched': QoSProfile(history=HistoryPolicy.KEEP_LAST, depth=1,
-                              reliability=ReliabilityPolicy.RELIABLE,
-                              durability=DurabilityPolicy.TRANSIENT_LOCAL),
-        'system_default': QoSPresetProfiles.SYSTEM_DEFAULT.value}
-    return copy(profiles[word])     # rclpy writes the overrides of a topic into it
+    if word == 'reliable':
+        return QoSProfile(depth=depth)
+    if word == 'latched':
+        return QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+    # A copy, as rclpy writes the overrides of a topic into it.
+    return copy(QoSPresetProfiles.get_from_short_key(word))
 
 
 class NodeParameters:
@@ -111,11 +104,13 @@ class NodeParameters:
         if 'profile' not in given:
             return parameters
         try:
-            presets = preset_changes(self._profile, given['profile'])
+            presets = MatcherConfig.from_profile(given['profile'])
         except (ValueError, TypeError):
             return parameters       # `_check` rejects it
-        return parameters + [Parameter(ros_name(name), value=value)
-                             for name, value in presets.items() if ros_name(name) not in given]
+        return parameters + [
+            Parameter(ros_name(name), value=getattr(presets, name))
+            for name in {*PROFILES[self._profile], *PROFILES[given['profile']]}
+            if ros_name(name) not in given]
 
     def _check(self, parameters):
         values = {parameter.name: parameter.value for parameter in parameters}

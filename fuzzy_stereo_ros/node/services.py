@@ -59,7 +59,10 @@ class Services:
             if str(folder).startswith('~'):
                 raise ValueError('there is no home; set save_directory to another folder')
             self._folder.mkdir(parents=True, exist_ok=True)
-            self._check_room()
+            saved = sum(1 for _ in self._folder.glob('*/pair.json'))
+            if saved >= self._most:
+                raise ValueError(f'{self._folder} has {saved} saved pairs, and max_saved_pairs is '
+                                 f'{self._most}; remove some, or start the node with more')
             write_saved_pair(folder, SavedPair(
                 pair=last.pair, config=last.config, state=last.before, rows=last.rows,
                 match=last.match, about=about))
@@ -74,9 +77,3 @@ class Services:
         self._saving = False
         if self._node.context.ok() and not self._closed:
             self._send(response, header)
-
-    def _check_room(self):
-        saved = sum(1 for _ in self._folder.glob('*/pair.json'))
-        if saved >= self._most:
-            raise ValueError(f'{self._folder} has {saved} saved pairs, and max_saved_pairs is '
-                             f'{self._most}; remove some, or start the node with more')

@@ -9,7 +9,7 @@ rows are here. Names and defaults are those of stereo_image_proc if it has the p
 from dataclasses import replace
 from difflib import get_close_matches
 
-from fuzzy_stereo_ros.matching.config import MatcherConfig, Parameter, PROFILES, ROWS
+from fuzzy_stereo_ros.matching.config import Parameter, PROFILES, ROWS
 from fuzzy_stereo_ros.pairs.pair_reader import SCALES
 
 ROS_NAMES = {'disparities': 'disparity_range'}      # of fields with another name in MatcherConfig
@@ -118,10 +118,3 @@ def in_ros_words(sentence):
     """Return a sentence that begins with a field of MatcherConfig with the ROS name instead."""
     name, rest = sentence.split(' ', 1) if ' ' in sentence else (sentence, '')
     return f'{ROS_NAMES[name]} {rest}' if name in ROS_NAMES else sentence
-
-
-def preset_changes(old, new):
-    """Return {field: value} of what two profiles preset, with the new one's values."""
-    config = MatcherConfig.from_profile(new)
-    names = {*PROFILES.get(old, {}), *PROFILES[new]}
-    return {name: getattr(config, name) for name in names}
