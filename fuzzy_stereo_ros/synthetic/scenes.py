@@ -110,12 +110,16 @@ def drive_through(rig, planes, options):
 
 
 def _pair(view, x, y, frame, options):
-    left, right, truth, visible = _drawn(view, x, y)
+    """Return the `ScenePair` of a frame; view(x, y, by_left): returns image and disparity."""
+    left, truth = view(x, y, by_left=True)
+    right, _ = view(x, y, by_left=False)
+    _, nearest = view(x - truth, y, by_left=False)
+    inside = (x - truth >= x[0, 0]) & (x - truth <= x[0, -1])
     random = np.random.default_rng([options.seed, 1, frame])
     gain = 1.0 + options.flicker * np.sin(2 * np.pi * frame / 8)
     return ScenePair(_expose(left, gain, options, random),
                      _expose(right, gain * options.exposure, options, random),
-                     truth.astype(np.float32), visible)
+                     truth.astype(np.float32), inside & (nearest <= truth + 1e-6))
 
 
 def scene_pairs(values):
@@ -127,15 +131,6 @@ def scene_calibration(values):
     """Return the Calibration of the cameras of values by name."""
     return centred_calibration(FOCAL * values['columns'], BASELINE, values['offset'],
                                values['rows'], values['columns'])
-
-
-def _drawn(view, x, y):
-    """Return both images, truth and visibility; view(x, y, by_left): image and disparity."""
-    left, truth = view(x, y, by_left=True)
-    right, _ = view(x, y, by_left=False)
-    _, nearest = view(x - truth, y, by_left=False)
-    inside = (x - truth >= x[0, 0]) & (x - truth <= x[0, -1])
-    return left, right, truth, inside & (nearest <= truth + 1e-6)
 
 
 def _expose(image, gain, options, random):
