@@ -79,12 +79,19 @@ class SavedPair:
     def __post_init__(self):
         checked_pair(self.pair.left, self.pair.right, self.config)
         check_range(self.pair.calibration)
-        shape = self.pair.left.shape[:2]
+        shape, rows = self.pair.left.shape[:2], self.rows
         for name in RESULTS:
             check_array(name, getattr(self.match, name), np.float32, shape)
-        _check_rows(self.rows)
+        check_array('points of the rows', rows.points, np.float32, (len(rows.points), 4))
+        check_array('undone of the rows', rows.undone, np.float64, (4,))
+        if not (np.isfinite(rows.points).all() and (np.abs(rows.undone) <= LARGEST_OFFSET).all()
+                and (np.abs(rows.points[:, :3]) <= MOST_SIDE).all()):
+            raise ValueError('the rows have points or offsets out of range')
         if self.state is not None:
-            _check_state(self.state, self.config)
+            self.state.check(searched(self.state.config, self.state.shape[-1]).disparities)
+            if self.state.config.reference != self.config.reference:
+                raise ValueError(f'the state is of the {self.state.config.reference} image, the '
+                                 f'match of the {self.config.reference} one')
         if self.match.warm and (self.state is None or not self.state.fits(
                 shape, self.config, self.pair.stamp)):
             raise ValueError('the previous frame took part in the match, but the state is '
@@ -120,7 +127,9 @@ def read_saved_pair(folder):
     record, content = read_json(folder / 'pair.json'), read_bytes(folder / 'arrays.npz')
     left, right = (read_image(folder / f'{side}.png') for side in ('left', 'right'))
     try:
-        _check_archive(content)
+        with zipfile.ZipFile(io.BytesIO(content)) as archive:
+            if sum(one.file_size for one in archive.infolist()) > len(content):
+                raise ValueError('its arrays are larger than the file; give uncompressed ones')
         with np.load(io.BytesIO(content), allow_pickle=False) as stored:
             arrays = dict(stored)
     except Exception as error:  # numpy raises any kind for damaged bytes  # noqa: B902
@@ -131,13 +140,6 @@ def read_saved_pair(folder):
         reason = f'it lacks {error}' if isinstance(error, KeyError) else error
         raise ValueError(f'{folder} is damaged or of another version: {reason}; use the version '
                          'of fuzzy_stereo_ros that wrote it') from error
-
-
-def _check_archive(content):
-    """Raise ValueError for a .npz that says it holds more than its own bytes: compressed ones."""
-    with zipfile.ZipFile(io.BytesIO(content)) as archive:
-        if sum(one.file_size for one in archive.infolist()) > len(content):
-            raise ValueError('its arrays are larger than the file; they are saved uncompressed')
 
 
 def _write_files(folder, saved):
@@ -243,21 +245,6 @@ def _state(record, arrays):
         name: int for name, of_kind in kind.__annotations__.items() if of_kind is int})
     return restored(kind, arrays, numbers, config=config, **{
         name: record[name] for name in ('stamp', 'frame', 'left_shift')})
-
-
-def _check_state(state, config):
-    state.check(searched(state.config, state.shape[-1]).disparities)
-    if state.config.reference != config.reference:
-        raise ValueError(f'the state is of the {state.config.reference} image, the match of the '
-                         f'{config.reference} one')
-
-
-def _check_rows(rows):
-    check_array('points of the rows', rows.points, np.float32, (len(rows.points), 4))
-    check_array('undone of the rows', rows.undone, np.float64, (4,))
-    if not (np.isfinite(rows.points).all() and (np.abs(rows.points[:, :3]) <= MOST_SIDE).all()
-            and (np.abs(rows.undone) <= LARGEST_OFFSET).all()):
-        raise ValueError('the rows have points or offsets out of range')
 
 
 def comparison(saved, config, match):
