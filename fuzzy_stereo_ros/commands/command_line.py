@@ -21,7 +21,7 @@ WITHOUT_KERNELS = 'synthesise', 'convert'
 
 def main(argv=None):
     """Run `fuzzy-stereo` and return its exit code; argv: None = arguments of the process."""
-    return run_program(_completed_parser, argv)
+    return run_program(_parser, argv)
 
 
 def commands():
@@ -34,17 +34,8 @@ def commands():
             'convert': convert, 'warm-up': warm_up}
 
 
-def _completed_parser():
-    """Return the parser of all commands; with argcomplete it answers the shell's Tab instead."""
-    parser = _parser()
-    if os.environ.get('_ARGCOMPLETE') and find_spec('argcomplete') is not None:
-        import argcomplete
-
-        argcomplete.autocomplete(parser)
-    return parser
-
-
 def _parser():
+    """Return the parser of all commands; with argcomplete it answers the shell's Tab instead."""
     parser = Parser(prog='fuzzy-stereo',
                     description='Dense stereo by a genetic algorithm with a fuzzy fitness.')
     parser.add_argument('--version', action='version',
@@ -58,6 +49,10 @@ def _parser():
         work = partial(command.run, stream=sys.stdout)
         added.set_defaults(run=work if name in WITHOUT_KERNELS else partial(_with_remarks, work),
                            on_interrupt=command.ON_INTERRUPT)
+    if os.environ.get('_ARGCOMPLETE') and find_spec('argcomplete') is not None:
+        import argcomplete
+
+        argcomplete.autocomplete(parser)
     return parser
 
 
