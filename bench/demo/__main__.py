@@ -22,13 +22,14 @@ from bench.demo.phase import (
 from bench.demo.picture import write_panel
 from fuzzy_stereo_ros.matching import StereoMatcher, WARM_UP_SIZE
 from fuzzy_stereo_ros.node.simulated_cameras import SimulatedCameras
+from fuzzy_stereo_ros.pairs.image_files import check_suffix
 from fuzzy_stereo_ros.pairs.messages import stamp_of
 from fuzzy_stereo_ros.pairs.stereo_pair import number_of
 from fuzzy_stereo_ros.parameters.options import (
     add_matcher_options, matcher_changes, matcher_config)
 from fuzzy_stereo_ros.parameters.table import ros_name
 from fuzzy_stereo_ros.program import Parser, run_program
-from fuzzy_stereo_ros.views.pictures import check_panel_suffix
+from fuzzy_stereo_ros.views.pictures import PANEL_SUFFIXES
 from rclpy.parameter import Parameter
 from rclpy.parameter_client import AsyncParameterClient
 from sensor_msgs.msg import Image
@@ -67,7 +68,7 @@ def run(arguments):
     """Run the demo and return its exit code; ValueError for arguments that are not allowed."""
     changes = matcher_changes(arguments)
     config = matcher_config(arguments)
-    check_panel_suffix(arguments.picture)
+    check_suffix(arguments.picture, PANEL_SUFFIXES)
     if not Path(arguments.picture).resolve().parent.is_dir():
         raise ValueError(f'--picture is {arguments.picture}, but there is no such folder')
     for name in ('frames', 'rate'):

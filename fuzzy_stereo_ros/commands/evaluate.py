@@ -15,7 +15,7 @@ from fuzzy_stereo_ros.evaluation.ground_truth import MIDDLEBURY, PairWithoutTrut
 from fuzzy_stereo_ros.evaluation.matchers import matcher_named, ResultFiles, USUAL
 from fuzzy_stereo_ros.evaluation.measuring import COLUMNS, mean_records, measure, NoSequence
 from fuzzy_stereo_ros.pairs.frames import are_pairs, Frames
-from fuzzy_stereo_ros.pairs.image_files import read_image, read_pair, write_whole
+from fuzzy_stereo_ros.pairs.image_files import check_suffix, read_image, read_pair, write_whole
 from fuzzy_stereo_ros.pairs.pair_reader import PairReader
 from fuzzy_stereo_ros.parameters.options import (
     add_camera_options, add_matcher_options, CameraOptions, matcher_changes)
@@ -97,7 +97,9 @@ def libraries_needed():
 
 def run(arguments, stream, progress_stream=None):
     """Measure the matchers, write the files, and print tables or JSON."""
-    outputs = _checked_outputs(arguments)
+    outputs = checked_outputs(arguments, {
+        name: partial(check_suffix, allowed=[suffix]) for name, suffix in REPORT_SUFFIXES.items()
+        if getattr(arguments, name) != STDOUT})
     with libraries_needed():
         from fuzzy_stereo_ros.evaluation.page import Gallery, page_of
         from fuzzy_stereo_ros.evaluation.report import markdown
@@ -210,13 +212,3 @@ def _result_files(words, found, taken):
                 matcher.read(name, read_image(named[name].left))
         matchers.append(matcher)
     return matchers
-
-
-def _checked_outputs(arguments):
-    def check(path, name):
-        if path.suffix != REPORT_SUFFIXES[name]:
-            raise ValueError(f"--{name} is {path}, which has the suffix '{path.suffix}'; "
-                             f'allowed is {REPORT_SUFFIXES[name]}')
-
-    return checked_outputs(arguments, {name: partial(check, name=name) for name in REPORT_SUFFIXES
-                                       if getattr(arguments, name) != STDOUT})

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """`fuzzy-stereo evolve`: show the generations of a match in numbers, figures and videos."""
 from dataclasses import replace
+from functools import partial
 from importlib.util import find_spec
 from pathlib import Path
 import sys
@@ -12,13 +13,13 @@ from fuzzy_stereo_ros.evaluation.scores import score
 from fuzzy_stereo_ros.matching import StereoMatcher
 from fuzzy_stereo_ros.matching.matcher import checked_pair
 from fuzzy_stereo_ros.pairs.frames import Frames
-from fuzzy_stereo_ros.pairs.image_files import read_pair
+from fuzzy_stereo_ros.pairs.image_files import check_suffix, read_pair
 from fuzzy_stereo_ros.parameters.options import add_matcher_options, matcher_config
 from fuzzy_stereo_ros.progress import bar
 from fuzzy_stereo_ros.views.evolution import (
     Course, evolution_figure, EvolutionFilm, observe_frames, observe_generations)
-from fuzzy_stereo_ros.views.pictures import check_panel_suffix, write_figure
-from fuzzy_stereo_ros.views.video import check_video
+from fuzzy_stereo_ros.views.pictures import PANEL_SUFFIXES, write_figure
+from fuzzy_stereo_ros.views.video import CODECS
 
 ON_INTERRUPT = 'no file is half written; a video ends with the last generation or frame'
 HELP = 'show how disparities evolve'
@@ -59,7 +60,8 @@ def run(arguments, stream, progress_stream=None):
     """Match a pair or two folders, write the files, and print the figures."""
     config = matcher_config(arguments)
     outputs = checked_outputs(
-        arguments, {'picture': check_panel_suffix, 'video': check_video},
+        arguments, {'picture': partial(check_suffix, allowed=PANEL_SUFFIXES),
+                    'video': partial(check_suffix, allowed=CODECS)},
         [arguments.left, arguments.right, arguments.ground_truth, arguments.mask])
     if outputs and find_spec('matplotlib') is None:
         raise ValueError(f'--{next(iter(outputs))} needs matplotlib, which is not installed: '

@@ -3,6 +3,7 @@
 """`fuzzy-stereo match`: match two image files and write a disparity file and a picture."""
 import argparse
 from dataclasses import asdict, replace
+from functools import partial
 from pathlib import Path
 import time
 
@@ -17,9 +18,10 @@ from fuzzy_stereo_ros.matching.search_range import search_range
 from fuzzy_stereo_ros.pair_matcher import camera_of, without_missing
 from fuzzy_stereo_ros.pairs.calibration import points_reach, reach
 from fuzzy_stereo_ros.pairs.disparity_files import (
-    check_map_suffix, check_point_suffix, write_confidence, write_depth, write_disparity,
+    check_map_suffix, POINT_SUFFIX, write_confidence, write_depth, write_disparity,
     write_point_file)
-from fuzzy_stereo_ros.pairs.image_files import check_image_suffix, read_pair, write_image
+from fuzzy_stereo_ros.pairs.image_files import (
+    check_image_suffix, check_suffix, read_pair, write_image)
 from fuzzy_stereo_ros.pairs.pair_reader import PairReader
 from fuzzy_stereo_ros.pairs.stereo_pair import number_of
 from fuzzy_stereo_ros.parameters.options import (
@@ -44,7 +46,7 @@ IN_SAVED_PAIR = 'left', 'right', 'disparities'
 USUAL_FILES = {'output': 'disparity.pfm', 'picture': 'disparity.png'}
 # Output files, and what checks the suffix of each.
 FILES = {'output': check_map_suffix, 'picture': check_image_suffix, 'confidence': check_map_suffix,
-         'depth': check_map_suffix, 'points': check_point_suffix}
+         'depth': check_map_suffix, 'points': partial(check_suffix, allowed=[POINT_SUFFIX])}
 LIMIT = 'points_max_depth',
 METRIC = 'depth', 'points'      # of these, those that need a camera
 DIFFERENT = 1       # exit code: the match differs from the saved one
@@ -88,7 +90,9 @@ class _Saved(argparse.Action):
 
     def __call__(self, parser, namespace, values, option_string=None):
         setattr(namespace, self.dest, values)
-        parser.waive(*IN_SAVED_PAIR)
+        for action in parser._actions:
+            if action.dest in IN_SAVED_PAIR:
+                action.required = False
 
 
 def run(arguments, stream):

@@ -29,7 +29,8 @@ import re
 
 import cv2
 from fuzzy_stereo_ros.pairs.calibration import millimetres_of
-from fuzzy_stereo_ros.pairs.image_files import in_eight_bits, read_bytes, read_image, write_whole
+from fuzzy_stereo_ros.pairs.image_files import (
+    check_suffix, in_eight_bits, read_bytes, read_image, write_whole)
 import numpy as np
 
 KITTI_SCALE = 256
@@ -155,17 +156,7 @@ def write_confidence(path, confidence):
 
 def check_map_suffix(path, others=''):
     """Raise ValueError unless a map can have the path's suffix; others: end of the sentence."""
-    suffix = Path(path).suffix
-    if suffix.lower() not in _ENCODERS:
-        raise ValueError(f"{path} has the suffix '{suffix}'; allowed are "
-                         f"{', '.join(_ENCODERS)}{others}")
-
-
-def check_point_suffix(path):
-    """Raise ValueError unless the path's suffix is POINT_SUFFIX."""
-    if Path(path).suffix.lower() != POINT_SUFFIX:
-        raise ValueError(f"{path} has the suffix '{Path(path).suffix}'; points are written as "
-                         f'{POINT_SUFFIX}')
+    check_suffix(path, _ENCODERS, others)
 
 
 def _encoder(path):

@@ -95,6 +95,14 @@ def read_json(path):
         raise ValueError(f'{path} is damaged: {error}') from error
 
 
+def check_suffix(path, allowed, others=''):
+    """Raise ValueError unless a path has an allowed suffix; others: the end of the sentence."""
+    suffix = Path(path).suffix
+    if suffix.lower() not in allowed:
+        raise ValueError(f"{path} has the suffix '{suffix}'; allowed are "
+                         f"{', '.join(allowed)}{others}")
+
+
 def check_place(path):
     """Raise ValueError if a path is a folder, or lies where there is none that can be written."""
     path = Path(path)

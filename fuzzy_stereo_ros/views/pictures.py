@@ -6,22 +6,15 @@ from pathlib import Path
 
 import cv2
 from fuzzy_stereo_ros.matching.match import HATCH
-from fuzzy_stereo_ros.pairs.image_files import in_eight_bits, write_whole
+from fuzzy_stereo_ros.pairs.image_files import check_suffix, in_eight_bits, write_whole
 import numpy as np
 
 PANEL_SUFFIXES = ('.png', '.pdf', '.svg')
 
 
-def check_panel_suffix(path):
-    """Raise ValueError unless the suffix of a path is one of PANEL_SUFFIXES."""
-    if Path(path).suffix not in PANEL_SUFFIXES:
-        raise ValueError(f"{path} has the suffix '{Path(path).suffix}'; "
-                         f"allowed are {', '.join(PANEL_SUFFIXES)}")
-
-
 def write_figure(path, figure):
-    """Write a Figure; the suffix of the path sets the format."""
-    check_panel_suffix(path)
+    """Write a Figure; the suffix of the path, one of PANEL_SUFFIXES, sets the format."""
+    check_suffix(path, PANEL_SUFFIXES)
     content = io.BytesIO()
     figure.savefig(content, format=Path(path).suffix[1:])
     write_whole(path, content.getvalue())

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import cv2
 from fuzzy_stereo_ros.matching.match import colour_disparity
-from fuzzy_stereo_ros.pairs.image_files import check_place, in_eight_bits
+from fuzzy_stereo_ros.pairs.image_files import check_place, check_suffix, in_eight_bits
 import numpy as np
 
 CODECS = {'.mp4': 'mp4v', '.avi': 'MJPG'}       # of OpenCV
@@ -25,15 +25,6 @@ BAR = 10                # height of a colour bar, px
 LETTERS = 0.5           # font scale of OpenCV
 WHITE, DARK_GREY = (235, 235, 235), 32
 ENDS = 0.5, 99.5        # percentiles of disparities at the ends of the colours of a picture
-
-
-def check_video(path):
-    """Raise ValueError if a video cannot be written to a path."""
-    path = Path(path)
-    if path.suffix not in CODECS:
-        raise ValueError(f"{path} has the suffix '{path.suffix}'; allowed are "
-                         f"{', '.join(CODECS)}")
-    check_place(path)
 
 
 class VideoFile:
@@ -52,7 +43,8 @@ class VideoFile:
         JPEG). rate: frames per second, within RATES.
         Raises ValueError for another suffix, or if the folder does not exist.
         """
-        check_video(path)
+        check_suffix(path, CODECS)
+        check_place(path)
         self._path, self.rate = Path(path), rate
         # An absolute path: FFmpeg takes a name before a colon as a protocol.
         self._part = self._path.absolute().with_name(
@@ -88,16 +80,17 @@ class VideoFile:
         shrink = min(1.0, LARGEST_FRAME[0] / columns, LARGEST_FRAME[1] / rows)
         reduced = [max(1, round(side * shrink)) for side in (rows, columns)]
         self._size = tuple(side + side % 2 for side in reduced)
-        if self._path.suffix == '.mp4' and find_spec('av') is not None:
+        kind = self._path.suffix.lower()
+        if kind == '.mp4' and find_spec('av') is not None:
             self._writer = _BrowserVideo(self._part, self.rate, *self._size)
             return
-        codec = CODECS[self._path.suffix]
+        codec = CODECS[kind]
         writer = cv2.VideoWriter(str(self._part), cv2.VideoWriter.fourcc(*codec), float(self.rate),
                                  self._size[::-1])
         if not writer.isOpened():
             writer.release()
             self._part.unlink(missing_ok=True)
-            others = ' or '.join(suffix for suffix in CODECS if suffix != self._path.suffix)
+            others = ' or '.join(suffix for suffix in CODECS if suffix != kind)
             raise ValueError(f'{self._path} cannot be created: this OpenCV has no encoder '
                              f'{codec}, or the folder is not writable; use {others}, or another '
                              'folder')

@@ -87,7 +87,7 @@ SENTENCES = [
     ('evaluate scene --matcher magic', "matcher is 'magic'; allowed are ours, ours:realtime"),
     ('evaluate scene --matcher', 'no matcher is named'),
     ('evaluate scene --truth-scale -2', '--truth-scale is -2.0; allowed are numbers above 0'),
-    ('evaluate scene --csv out.txt', "out.txt, which has the suffix '.txt'; allowed is"),
+    ('evaluate scene --csv out.txt', "out.txt has the suffix '.txt'; allowed are .csv"),
     ('evaluate scene --results no', '--results names no, but there is no such folder'),
     ('evaluate scene --results empty', 'empty has no result of any scene; name the one of scene '
      'empty/scene.pfm, .npy or .png'),
