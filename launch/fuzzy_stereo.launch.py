@@ -7,12 +7,16 @@ Fast DDS gets our profile, without which it loses large images, unless the user 
 """
 from pathlib import Path
 
-from fuzzy_stereo_ros.node.launching import (
-    arguments, camera_remappings, dds_profile, declared, given_parameters, ignored_arguments,
-    node_of, NODE_ROWS, PROCESS_ROWS)
-from fuzzy_stereo_ros.parameters.table import Parameter
+from fuzzy_stereo_ros.node.launching import arguments, declared, program
+from fuzzy_stereo_ros.node.subscriptions import FAST_DDS_VARIABLES, has_fast_dds_profile
+from fuzzy_stereo_ros.parameters.table import IGNORED_PARAMETERS, Parameter, ROS_PARAMETERS
 from launch import LaunchDescription
-from launch.actions import LogInfo, OpaqueFunction
+from launch.actions import (
+    DeclareLaunchArgument, LogInfo, OpaqueFunction, SetEnvironmentVariable)
+from launch.substitutions import LaunchConfiguration
+from launch_ros.actions import Node
+from launch_ros.parameter_descriptions import ParameterValue
+import yaml
 
 SHARE = Path(__file__).resolve().parents[1]
 ROWS = (
@@ -25,27 +29,55 @@ ROWS = (
               'subscribe to image_raw of both cameras; the node itself rectifies the images'),
     Parameter('managed', False, 'start the managed node, for a lifecycle manager'),
     Parameter('container', '', 'accepted and ignored: a Python node is no component'),
-    *PROCESS_ROWS)
+    Parameter('output', 'screen', 'destination of what the node prints',
+              choices=('screen', 'log', 'both', 'own_log', 'full')),
+    Parameter('log_level', 'info', 'lowest level of messages that the node logs',
+              choices=('debug', 'info', 'warn', 'error', 'fatal')))
+NODE_ROWS = (*ROS_PARAMETERS, Parameter('use_sim_time', False, 'take the time from /clock'))
 
 
 def generate_launch_description():
     """Return the arguments, the environment and the node."""
+    ignored = [DeclareLaunchArgument(name, default_value='',
+                                     description="of stereo_image_proc's matchers; ignored")
+               for name in IGNORED_PARAMETERS]
+    profile = [] if has_fast_dds_profile() else [
+        SetEnvironmentVariable(FAST_DDS_VARIABLES[0], str(SHARE / 'config' / 'fastdds.xml'))]
     return LaunchDescription([
-        *declared(ROWS), *declared(NODE_ROWS, left_out='as in params_file'),
-        *ignored_arguments(), *dds_profile(SHARE), OpaqueFunction(function=_node)])
+        *declared(ROWS), *declared(NODE_ROWS, left_out='as in params_file'), *ignored, *profile,
+        OpaqueFunction(function=_node)])
 
 
 def _node(context):
     """Return the node; parameters that are given as arguments override those of the file."""
-    chosen = arguments(context, ROWS)
-    parameters, image, actions = given_parameters(context), 'image_rect', []
+    chosen, image, actions = arguments(context, ROWS), 'image_rect', []
+    parameters = _given_parameters(context)
     if chosen['launch_image_proc']:
         parameters, image = {'rectify': True, **parameters}, 'image_raw'
     if chosen['container']:
         actions.append(LogInfo(msg=(
             f"container:={chosen['container']}: a Python node cannot be loaded into a container "
             f"of components; {chosen['node_name']} runs as a process of its own")))
-    return [*actions, node_of(
-        parameters, chosen['params_file'], chosen['log_level'], chosen['managed'],
-        name=chosen['node_name'], namespace=chosen['namespace'], output=chosen['output'],
-        remappings=camera_remappings(chosen['left_namespace'], chosen['right_namespace'], image))]
+    file = chosen['params_file']
+    if file and not Path(file).is_file():
+        raise ValueError(f"params_file is '{file}', which is no file; give the path of a file of "
+                         'parameters, or nothing for the defaults')
+    remappings = [(f'{side}/{topic}', f"{chosen[f'{side}_namespace'].rstrip('/')}/{name}")
+                  for side in ('left', 'right')
+                  for topic, name in (('image_rect', image), ('camera_info', 'camera_info'))]
+    # launch_ros joins nested names.
+    parameters = {name: ParameterValue(value, value_type=str) if isinstance(value, str) else value
+                  for name, value in parameters.items()}
+    executable = 'managed_disparity_node' if chosen['managed'] else 'disparity_node'
+    return [*actions, Node(
+        **program(executable, '--ros-args', '--log-level', chosen['log_level']),
+        parameters=[*filter(None, [file, parameters])], name=chosen['node_name'],
+        namespace=chosen['namespace'], output=chosen['output'], remappings=remappings)]
+
+
+def _given_parameters(context):
+    """Return {name: value} of the node's parameters whose launch arguments are not empty."""
+    texts = {name: LaunchConfiguration(name).perform(context)
+             for name in (*IGNORED_PARAMETERS, *(row.name for row in NODE_ROWS))}
+    return {**arguments(context, [row for row in NODE_ROWS if texts[row.name]]),
+            **{name: yaml.safe_load(texts[name]) for name in IGNORED_PARAMETERS if texts[name]}}
