@@ -24,8 +24,8 @@ class MatchedPair(NamedTuple):
     pair: StereoPair
     match: Match
     config: MatcherConfig  # in pixels of the pair's images
-    before: FrameState | None  # with which the match started
-    rows: Rows
+    before: FrameState | None = None  # with which the match started, of PairMatcher
+    rows: Rows = Rows()
 
 
 class PairMatcher:

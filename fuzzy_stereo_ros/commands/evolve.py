@@ -17,7 +17,7 @@ from fuzzy_stereo_ros.pairs.image_files import check_suffix, read_pair
 from fuzzy_stereo_ros.parameters.options import add_matcher_options, matcher_config
 from fuzzy_stereo_ros.progress import bar
 from fuzzy_stereo_ros.views.evolution import (
-    Course, evolution_figure, EvolutionFilm, observe_frames, observe_generations)
+    Course, EvolutionFigure, EvolutionFilm, observe_frames, observe_generations)
 from fuzzy_stereo_ros.views.pictures import PANEL_SUFFIXES, write_figure
 from fuzzy_stereo_ros.views.video import CODECS
 
@@ -99,7 +99,7 @@ def run(arguments, stream, progress_stream=None):
         if film is not None:
             film.close()
     if 'picture' in outputs:
-        write_figure(outputs['picture'], evolution_figure(course))
+        write_figure(outputs['picture'], EvolutionFigure(course, course.shown).figure)
     figures = {
         **{name: str(path) for name, path in outputs.items()}, 'profile': arguments.profile,
         'rows': left.shape[0], 'columns': left.shape[1],

@@ -12,6 +12,7 @@ from fuzzy_stereo_ros.matching import StereoMatcher, WARM_UP_SIZE
 from fuzzy_stereo_ros.matching.plausibility import PlausibilityCheck
 from fuzzy_stereo_ros.matching.search_range import PAIRS, search_range
 from fuzzy_stereo_ros.pairs.calibration import points_reach, reach
+from fuzzy_stereo_ros.pairs.result_messages import topics_of
 from fuzzy_stereo_ros.parameters.options import (
     add_camera_options, add_matcher_options, add_node_options, is_automatic, matcher_config,
     node_settings)
@@ -131,8 +132,10 @@ def run(arguments, stream, progress_stream=None):
                 options.config, min_disparity=first, disparities=count))
         source, copies = ReplaySource(options, bags), None
         if options.keep is not None:    # a reader of its own, for the thread that writes
-            copies = CopiedMessages(opened.enter_context(BagReader(options.bags)), options.keep,
-                                    options.result_topics, source.start, source.stop)
+            copies = CopiedMessages(
+                opened.enter_context(BagReader(options.bags)), options.keep,
+                {f'/{topic}' for topic in topics_of(options.bag_results)}, source.start,
+                source.stop)
         outputs = Outputs(options, source, copies)
         if not arguments.json:
             stream.write(f'{source.cameras}, calibrated by {source.calibration}\n')

@@ -190,7 +190,7 @@ _ENCODERS = {
 
 def write_point_file(path, depth, left, image=None, farthest=np.inf):
     """
-    Write the points of all pixels with finite depth as binary PLY; return their number.
+    Write the points of all pixels with finite depth as binary PLY.
 
     depth: float32 (R, C), metres. left: Projection of the left camera. image: for the colours,
     uint8 or uint16, (R, C) or (R, C, 3) BGR. farthest: m, points beyond are left out. Raises
@@ -215,4 +215,3 @@ def write_point_file(path, depth, left, image=None, farthest=np.inf):
               *(f'property {_PLY_TYPES[kind]} {name}' for name, kind in kinds.items()),
               'end_header']
     write_whole(path, ('\n'.join(header) + '\n').encode() + points.tobytes())
-    return len(points)

@@ -12,7 +12,6 @@ import signal
 import time
 
 from fuzzy_stereo_ros.matching.plausibility import PlausibilityCheck
-from fuzzy_stereo_ros.matching.row_alignment import Rows
 from fuzzy_stereo_ros.matching.row_offsets import Misalignment
 from fuzzy_stereo_ros.pair_matcher import camera_of, MatchedPair, without_missing
 from fuzzy_stereo_ros.pairs.stereo_pair import Calibration, kind_of
@@ -158,7 +157,7 @@ def _count(item, outcome, config, stats, log):
     if finding is not None and finding.cause not in stats.findings:
         stats.findings[finding.cause] = finding.sentence
         log(finding.sentence)
-    return MatchedPair(item.pair, match, config, None, Rows())
+    return MatchedPair(item.pair, match, config)
 
 
 def interruption():

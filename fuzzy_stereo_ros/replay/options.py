@@ -6,8 +6,7 @@ import math
 from pathlib import Path
 
 from fuzzy_stereo_ros.matching import MatcherConfig
-from fuzzy_stereo_ros.pairs.pair_reader import PairReader
-from fuzzy_stereo_ros.pairs.result_messages import POINT_SETTINGS, topics_of
+from fuzzy_stereo_ros.pairs.result_messages import POINT_SETTINGS
 from fuzzy_stereo_ros.parameters.options import CameraOptions
 from fuzzy_stereo_ros.parameters.table import OUTPUTS
 
@@ -77,12 +76,6 @@ class ReplayOptions:
         return self.storage != NO_BAG
 
     @property
-    def needs_cameras(self):
-        """Whether anything asked for needs a calibration."""
-        return bool({'depth', 'points2'} & {*self.results}) or any(
-            self.settings[name] for name in ('rectify', 'crop'))
-
-    @property
     def can_be_resumed(self):
         """Whether --resume can continue the outputs: a bag or files."""
         return self.writes_bag or bool(self.files)
@@ -93,10 +86,6 @@ class ReplayOptions:
         return *USUAL_RESULTS, *self.results
 
     @property
-    def result_topics(self):
-        return {f'/{topic}' for topic in topics_of(self.bag_results)}
-
-    @property
     def in_segments(self):
         """Whether workers match segments, instead of this process one pair after the other."""
         return self.workers is not None or self.scheduler is not None
@@ -105,9 +94,6 @@ class ReplayOptions:
     def scaled_config(self):
         """The MatcherConfig of the images at the scale at which they are matched."""
         return self.config.at_scale(self.settings['scale'])
-
-    def pair_reader(self):
-        return PairReader(*(self.settings[name] for name in READING))
 
     def _check_outputs(self):
         if not self.can_be_resumed:

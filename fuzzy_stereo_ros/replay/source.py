@@ -20,10 +20,12 @@ from fuzzy_stereo_ros.bags.reading import (
 from fuzzy_stereo_ros.bags.topics import find_stereo_topics, RAW
 from fuzzy_stereo_ros.pairs.frames import are_frames, Frames, SECOND, USUAL_RATE
 from fuzzy_stereo_ros.pairs.messages import read_image
+from fuzzy_stereo_ros.pairs.pair_reader import PairReader
 from fuzzy_stereo_ros.pairs.stereo_pair import BadPair, SIDES, StereoPair
 from fuzzy_stereo_ros.pairs.synchroniser import Synchroniser
 from fuzzy_stereo_ros.parameters.options import CameraOptions
 from fuzzy_stereo_ros.parameters.table import sync_tolerance
+from fuzzy_stereo_ros.replay.options import READING
 
 RATED_IMAGES = 31       # images whose stamps give the rate
 TOPICS = {f'/{side}/image_rect': side for side in SIDES}       # of folders and videos
@@ -75,7 +77,7 @@ class ReplaySource:
         self.cameras = f'{bags.names}, stamped by {bags.stamped_by}' if isinstance(
             bags, FrameReader) else f'{self.topics.left} and {self.topics.right}'
         self.start, self.stop = _time_range(options, bags)
-        self._read = options.pair_reader().read
+        self._read = PairReader(*(settings[name] for name in READING)).read
         queued, self._held = self.topics, ()
         if self._infos is not None:
             queued = self.topics.left, self.topics.right
@@ -176,16 +178,15 @@ def _calibration(options, bags, topics):
     missing = [image for image, info in (topics[:2], topics[2:]) if info is None]
     if not missing and not options.cameras.given:
         return None, f'{topics.left_info} and {topics.right_info}'
+    rectifies = options.settings['rectify'] or options.settings['crop']
     purpose = 'a calibration that is not that of the bag'
     if missing:
         purpose = f"{bags.names}, without camera_info beside {' and '.join(missing)},"
-        if not options.cameras.given and not options.needs_cameras:
+        if not (options.cameras.given or rectifies or {'depth', 'points2'} & {*options.results}):
             return (None, None), 'nothing: disparities are without metres'
     _, first = read_stamped(next(bags.messages([topics.left])))
     shape = read_image(first).shape[:2]
-    return options.cameras.cameras(shape, purpose,
-                                   options.settings['rectify'] or options.settings['crop'],
-                                   bags.paths)
+    return options.cameras.cameras(shape, purpose, rectifies, bags.paths)
 
 
 def _time_range(options, bags):

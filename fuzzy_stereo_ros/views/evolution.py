@@ -155,11 +155,6 @@ class Course:
         self.shown.append(snapshot)
 
 
-def evolution_figure(course):
-    """Return the Figure of a Course."""
-    return _Layout(course, course.shown).figure
-
-
 class EvolutionFilm(VideoFile):
     """A video with a picture for each step, drawn one by one; rate: of these, per second."""
 
@@ -171,7 +166,7 @@ class EvolutionFilm(VideoFile):
     def add(self):
         """Append the picture of the Snapshot that was added to the Course last."""
         if self._layout is None:
-            self._layout = _Layout(self._course, self._course.shown[-1:], DOTS[0])
+            self._layout = EvolutionFigure(self._course, self._course.shown[-1:], DOTS[0])
         else:
             self._layout.draw(self._course.shown[-1:])
         figure = self._layout.figure
@@ -187,8 +182,8 @@ class EvolutionFilm(VideoFile):
         super().close()
 
 
-class _Layout:
-    """The panels and curves of a Course; figure: the Figure."""
+class EvolutionFigure:
+    """The panels and curves of a Course; figure: the Figure of matplotlib."""
 
     def __init__(self, course, snapshots, dots=None):
         """Draw the Snapshots; dots: per inch, None = so that a dot is a pixel."""

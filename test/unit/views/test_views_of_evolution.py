@@ -13,7 +13,7 @@ from fuzzy_stereo_ros.pairs.image_files import write_image
 from fuzzy_stereo_ros.synthetic.scenes import make_pair
 from fuzzy_stereo_ros.views import evolution as evolution_view
 from fuzzy_stereo_ros.views.evolution import (
-    Course, evolution_figure, EvolutionFilm, FIRST, MUTATED, observe_frames, observe_generations,
+    Course, EvolutionFigure, EvolutionFilm, FIRST, MUTATED, observe_frames, observe_generations,
     ORIGIN_COLOURS, origin_of_fittest_child, RATES, SECOND, Snapshot, STAY)
 from fuzzy_stereo_ros.views.pictures import PANEL_SUFFIXES, write_figure
 from made_scenes import bits, film, matched
@@ -134,7 +134,8 @@ def fitness_of(figure, scale):
 
 
 def test_an_evolution_of_no_generation_is_drawn_in_every_format(tmp_path):
-    figure = evolution_figure(evolution('paper', with_truth=False, generations=0)[0])
+    course = evolution('paper', with_truth=False, generations=0)[0]
+    figure = EvolutionFigure(course, course.shown).figure
     assert fitness_of(figure, 'uniform reading')
     for suffix in PANEL_SUFFIXES:
         write_figure(tmp_path / f'still{suffix}', figure)
@@ -149,7 +150,7 @@ def test_the_still_shows_fitness_possibilities_and_where_genes_come_from(
         profile, changes, scale, origins):
     """Each gene has the colour of its origin, curves and maps have their scales."""
     course, told = evolution(profile, **changes)
-    figure = evolution_figure(course)
+    figure = EvolutionFigure(course, course.shown).figure
     maps, genes = ([each.images[0] for each in figure.axes if each.get_title().startswith(words)]
                    for words in ('its possibility', 'genes'))
     (limits,) = {one.get_clim() for one in maps}
