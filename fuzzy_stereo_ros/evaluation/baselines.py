@@ -58,9 +58,23 @@ class PreparedBaseline:
 
     def __init__(self, algorithm, settings, disparities, padded, rejects_zero=False):
         """Make OpenCV's matcher of `Settings`; padded: whether the left border is matched."""
-        self.opencv = _opencv_matcher(algorithm, settings, multiple_of_16(disparities))
-        self.padding = multiple_of_16(disparities) if padded else 0
-        self.rejects_zero = rejects_zero
+        # OpenCV searches the next multiple of 16, from 0.
+        labels = -(-disparities // SIXTEENTHS) * SIXTEENTHS
+        self.padding, self.rejects_zero = labels if padded else 0, rejects_zero
+        if algorithm != 'BM':
+            self.opencv = cv2.StereoSGBM_create(
+                0, labels, settings.block, settings.p1, settings.p2, settings.left_right,
+                settings.cap, settings.uniqueness, settings.speckle_size, settings.speckle_range,
+                MODES[algorithm])
+            return
+        self.opencv = cv2.StereoBM_create(labels, settings.block)
+        self.opencv.setPreFilterSize(9)
+        self.opencv.setPreFilterCap(settings.cap)
+        self.opencv.setTextureThreshold(settings.texture)
+        self.opencv.setUniquenessRatio(settings.uniqueness)
+        self.opencv.setDisp12MaxDiff(settings.left_right)
+        self.opencv.setSpeckleWindowSize(settings.speckle_size)
+        self.opencv.setSpeckleRange(settings.speckle_range)
 
     def images(self, left, right):
         """Return what OpenCV takes of two images: grey, padded, uint8 (R, padding + C)."""
@@ -76,24 +90,6 @@ class PreparedBaseline:
     def match(self, left, right):
         """Return the disparities of two images: float32 (R, C), pixels, NaN = invalid."""
         return self.disparity(self.opencv.compute(*self.images(left, right)))
-
-
-def _opencv_matcher(algorithm, settings, labels):
-    """Return OpenCV's object that searches from 0; labels: a multiple of 16."""
-    if algorithm != 'BM':
-        return cv2.StereoSGBM_create(
-            0, labels, settings.block, settings.p1, settings.p2, settings.left_right,
-            settings.cap, settings.uniqueness, settings.speckle_size, settings.speckle_range,
-            MODES[algorithm])
-    matcher = cv2.StereoBM_create(labels, settings.block)
-    matcher.setPreFilterSize(9)
-    matcher.setPreFilterCap(settings.cap)
-    matcher.setTextureThreshold(settings.texture)
-    matcher.setUniquenessRatio(settings.uniqueness)
-    matcher.setDisp12MaxDiff(settings.left_right)
-    matcher.setSpeckleWindowSize(settings.speckle_size)
-    matcher.setSpeckleRange(settings.speckle_range)
-    return matcher
 
 
 def _tuned(block, p1, ratio, *others):
@@ -126,11 +122,6 @@ def opencv_threads(threads):
         yield
     finally:
         cv2.setNumThreads(before)
-
-
-def multiple_of_16(disparities):
-    """Return the next multiple of 16: the number of disparities that OpenCV searches."""
-    return -(-disparities // SIXTEENTHS) * SIXTEENTHS
 
 
 def dense(disparity):
