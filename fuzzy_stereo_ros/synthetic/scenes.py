@@ -265,13 +265,8 @@ def meet(surface, x, y, by_left):
     disparity = down + surface.slope[0] * (x - surface.centre[0])
     across = (x - surface.centre[0] - surface.tilt * (y - surface.centre[1])) / surface.half[0]
     along = (y - surface.centre[1]) / surface.half[1]
-    return x, disparity, _is_inside(surface, across, along)
-
-
-def _is_inside(surface, across, along):
-    """Return which coordinates lie in a shape: bool (R, C); its box is -1 to 1 in both."""
     if surface.shape == 'background':
-        return np.ones(across.shape, bool)
+        return x, disparity, np.ones(across.shape, bool)
     if surface.shape == 'ellipse':
-        return across**2 + along**2 <= 1
-    return (abs(across) <= 1) & (abs(along) <= 1)
+        return x, disparity, across**2 + along**2 <= 1
+    return x, disparity, (abs(across) <= 1) & (abs(along) <= 1)
