@@ -11,7 +11,8 @@ from fuzzy_stereo_ros.pairs.disparity_files import (
 from fuzzy_stereo_ros.pairs.image_files import check_place, read_image
 from fuzzy_stereo_ros.pairs.stereo_pair import number_of, width_by_height
 from fuzzy_stereo_ros.parameters.options import (
-    add_camera_options, add_node_options, CameraOptions, node_settings, option_name)
+    add_camera_options, add_node_options, CameraOptions, node_rows, option_name,
+    option_values)
 import numpy as np
 
 DISPARITY, DEPTH, POINTS = 'disparity', 'depth', 'points'
@@ -58,7 +59,7 @@ def add_arguments(parser):
 def run(arguments, stream):
     """Convert a file and print the figures of the result."""
     target = arguments.to or (POINTS if _is_points(arguments.output) else arguments.source)
-    cameras, settings = CameraOptions.of(arguments), node_settings(arguments, LIMIT)
+    cameras, settings = CameraOptions.of(arguments), option_values(arguments, node_rows(LIMIT))
     _check_output(arguments, target, cameras)
     values, remarks = READ[arguments.source](arguments.input, arguments.scale), ()
     if target != arguments.source:

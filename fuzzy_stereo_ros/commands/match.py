@@ -26,7 +26,7 @@ from fuzzy_stereo_ros.pairs.pair_reader import PairReader
 from fuzzy_stereo_ros.pairs.stereo_pair import number_of
 from fuzzy_stereo_ros.parameters.options import (
     add_camera_options, add_matcher_options, add_node_options, CameraOptions, is_automatic,
-    matcher_config, node_settings, USUAL_PROFILE)
+    matcher_config, node_rows, option_values, USUAL_PROFILE)
 from fuzzy_stereo_ros.saved_pair import comparison, read_saved_pair, sentence
 from fuzzy_stereo_ros.views.video import disparity_picture
 import numpy as np
@@ -98,7 +98,7 @@ class _Saved(argparse.Action):
 def run(arguments, stream):
     """Match, write the files, print the figures, and return the exit code."""
     saved, automatic, inputs, known = None, False, [arguments.ground_truth, arguments.mask], {}
-    cameras, settings = CameraOptions.of(arguments), node_settings(arguments, LIMIT)
+    cameras, settings = CameraOptions.of(arguments), option_values(arguments, node_rows(LIMIT))
     if arguments.saved is None:
         if any(Path(path).is_dir() for path in (arguments.left, arguments.right)):
             raise ValueError('match takes two images; for folders, videos and bags there is '

@@ -15,7 +15,7 @@ from fuzzy_stereo_ros.pairs.calibration import points_reach, reach
 from fuzzy_stereo_ros.pairs.result_messages import topics_of
 from fuzzy_stereo_ros.parameters.options import (
     add_camera_options, add_matcher_options, add_node_options, is_automatic, matcher_config,
-    node_settings)
+    node_rows, option_values)
 from fuzzy_stereo_ros.replay.loop import interruption, match_in_order, replay, Stats
 from fuzzy_stereo_ros.replay.options import (
     NO_BAG, OPTIONAL_RESULTS, READING, ReplayOptions, RESULTS, SEGMENT_PAIRS, SYNCHRONISING,
@@ -121,7 +121,7 @@ def run(arguments, stream, progress_stream=None):
     automatic = is_automatic(arguments)
     options = ReplayOptions.of(
         arguments, config=matcher_config(arguments),
-        settings=node_settings(arguments, (*SYNCHRONISING, *READING, *RESULTS)))
+        settings=option_values(arguments, node_rows((*SYNCHRONISING, *READING, *RESULTS))))
     with ExitStack() as opened:
         bags, options = opened_recording(options, opened)
         if automatic:

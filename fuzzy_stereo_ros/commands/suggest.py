@@ -14,7 +14,8 @@ from fuzzy_stereo_ros.pairs.calibration import reach
 from fuzzy_stereo_ros.pairs.image_files import in_eight_bits
 from fuzzy_stereo_ros.pairs.pair_reader import SCALES
 from fuzzy_stereo_ros.pairs.stereo_pair import number_of, width_by_height
-from fuzzy_stereo_ros.parameters.options import add_camera_options, add_node_options, node_settings
+from fuzzy_stereo_ros.parameters.options import (
+    add_camera_options, add_node_options, node_rows, option_values)
 from fuzzy_stereo_ros.replay.options import READING, ReplayOptions, SYNCHRONISING
 from fuzzy_stereo_ros.replay.source import first_pairs, opened_recording, SECOND
 import numpy as np
@@ -49,7 +50,7 @@ def run(arguments, stream):
     """Print the parameters; raises ValueError and OSError for recordings that cannot be read."""
     options = ReplayOptions.of(
         arguments, config=MatcherConfig(), output='',   # nothing is written
-        settings=node_settings(arguments, (*SYNCHRONISING, *READING)))
+        settings=option_values(arguments, node_rows((*SYNCHRONISING, *READING))))
     with ExitStack() as opened:
         recording, options = opened_recording(options, opened)
         pairs, names = first_pairs(options, recording, PAIRS), recording.names

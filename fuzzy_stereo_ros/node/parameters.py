@@ -79,7 +79,14 @@ class NodeParameters:
         return config
 
     def _declare(self, row, value):
-        self._node.declare_parameter(row.name, value, descriptor_of(row), ignore_override=True)
+        descriptor = ParameterDescriptor(description=row.described(), read_only=row.read_only)
+        if row.low is not None and isinstance(row.default, float):
+            descriptor.floating_point_range = [
+                FloatingPointRange(from_value=float(row.low), to_value=float(row.high))]
+        elif row.low is not None:
+            descriptor.integer_range = [
+                IntegerRange(from_value=row.low, to_value=row.high, step=1)]
+        self._node.declare_parameter(row.name, value, descriptor, ignore_override=True)
         return value
 
     def _override(self, row):
@@ -130,17 +137,3 @@ class NodeParameters:
             self.config = config
             self._on_change(config)
         self._on_ignored([name for name in IGNORED_PARAMETERS if values.get(name) is not None])
-
-
-def descriptor_of(row):
-    """Return the ParameterDescriptor of a row of the table."""
-    descriptor = ParameterDescriptor(description=row.described(), read_only=row.read_only)
-    if row.low is None:
-        return descriptor
-    if isinstance(row.default, float):
-        descriptor.floating_point_range = [
-            FloatingPointRange(from_value=float(row.low), to_value=float(row.high))]
-    else:
-        descriptor.integer_range = [
-            IntegerRange(from_value=int(row.low), to_value=int(row.high), step=1)]
-    return descriptor

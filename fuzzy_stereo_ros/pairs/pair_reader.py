@@ -58,8 +58,13 @@ class PairReader:
                    f'the driver set header.{name}'
                    for name, value in (('stamp', stamp), ('frame_id', frame_id))
                    if not value and not getattr(left, 'numbered', False)]
-        return self.read_images(_read_images(left, right), (left_info, right_info), stamp,
-                                frame_id, remarks)
+        images = []
+        for side, message in zip(SIDES, (left, right)):
+            try:
+                images.append(read_image(message))
+            except BadPair as bad:
+                raise BadPair(bad.reason, f'{side} image: {bad}') from None
+        return self.read_images(images, (left_info, right_info), stamp, frame_id, remarks)
 
     def read_images(self, images, infos=(None, None), stamp=0, frame_id='', remarks=()):
         """Return the same of two images, each as `image_files.read_image` returns it."""
@@ -136,16 +141,6 @@ def _effect(size, expected):
     ratio, far = (across, 'far') if across > 1 else (1 / across, 'near')
     return (f'depth and points are {ratio:.3g} times too {far}, as fx is of the other size: '
             'publish the camera_info of this size')
-
-
-def _read_images(left, right):
-    images = []
-    for side, message in zip(SIDES, (left, right)):
-        try:
-            images.append(read_image(message))
-        except BadPair as bad:
-            raise BadPair(bad.reason, f'{side} image: {bad}') from None
-    return images
 
 
 def _alike(left, right):

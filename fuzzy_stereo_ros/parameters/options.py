@@ -51,14 +51,14 @@ def option_values(arguments, rows):
 
 
 def add_node_options(parser, title, names):
-    """Add a group of options for parameters of the node, to be read by `node_settings`."""
+    """Add a group of options for parameters of the node, to be read by `option_values`."""
     add_options(parser.add_argument_group(
-        title, 'as the parameters of the node with these names'), _node_rows(names))
+        title, 'as the parameters of the node with these names'), node_rows(names))
 
 
-def node_settings(arguments, names):
-    """Return {name: value} of parsed options; ValueError for a value that is not allowed."""
-    return option_values(arguments, _node_rows(names))
+def node_rows(names):
+    """Return the rows of parameters of the node, in the order of the table."""
+    return [row for row in NODE_PARAMETERS if row.name in names]
 
 
 def add_matcher_options(parser, left_out=(), automatic=False):
@@ -197,10 +197,6 @@ class CameraOptions:
             f'focal length {self.focal:g} px, baseline {self.baseline or 0.0:g} m and the centre '
             + ('assumed in the middle of the image' if self.principal_point is None else
                'at {:g}, {:g}'.format(*self.principal_point)))
-
-
-def _node_rows(names):
-    return [row for row in NODE_PARAMETERS if row.name in names]
 
 
 @cache

@@ -48,8 +48,12 @@ class ReplayOptions:
 
     def __post_init__(self):
         self._check_outputs()
-        if self.video is not None:
-            self._check_video()
+        if self.video is not None and self.resume:
+            raise ValueError(f'--resume cannot continue {self.video}; leave out --video, or start '
+                             'over with --overwrite')
+        if self.video is not None and Path(self.video).exists() and not self.overwrite:
+            raise ValueError(f'--video is {self.video}, which exists; give another file, or '
+                             '--overwrite')
         if self.duration is not None and not (math.isfinite(self.duration) and self.duration > 0):
             raise ValueError(f'--duration is {self.duration:g}; allowed are numbers above 0')
         for name in ('every', 'workers'):
@@ -112,11 +116,3 @@ class ReplayOptions:
         if 'png' in self.files and (lowest < 0 or lowest + count > 256):
             raise ValueError('--files png holds 0 to 255 px, but min_disparity and disparities go '
                              'beyond that: give npy or pfm')
-
-    def _check_video(self):
-        if self.resume:
-            raise ValueError(f'--resume cannot continue {self.video}; leave out --video, or start '
-                             'over with --overwrite')
-        if Path(self.video).exists() and not self.overwrite:
-            raise ValueError(f'--video is {self.video}, which exists; give another file, or '
-                             '--overwrite')
