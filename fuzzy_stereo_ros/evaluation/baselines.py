@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import cv2
 from fuzzy_stereo_ros.evaluation.ground_truth import KITTI, MIDDLEBURY
 from fuzzy_stereo_ros.matching.row_offsets import grey
+from fuzzy_stereo_ros.pairs.image_files import in_eight_bits
 import numpy as np
 
 MODES = {'SGBM': cv2.STEREO_SGBM_MODE_SGBM, '3WAY': cv2.STEREO_SGBM_MODE_SGBM_3WAY,
@@ -78,8 +79,10 @@ class PreparedBaseline:
 
     def images(self, left, right):
         """Return what OpenCV takes of two images: grey, padded, uint8 (R, padding + C)."""
-        return tuple(cv2.copyMakeBorder(grey(image), 0, 0, self.padding, 0, cv2.BORDER_REPLICATE)
-                     for image in (left, right))
+        # Both together, as 16 bits are scaled by their largest value.
+        both = in_eight_bits(np.hstack([grey(left), grey(right)]))
+        return tuple(cv2.copyMakeBorder(image, 0, 0, self.padding, 0, cv2.BORDER_REPLICATE)
+                     for image in np.hsplit(both, 2))
 
     def disparity(self, found):
         """Return what `opencv` computed without padding: float32 (R, C), px, NaN = invalid."""

@@ -113,7 +113,7 @@ class OpenCV(Baseline):
         matcher = self.matcher(task.family, task.disparities)
 
         def match(_, pair):
-            images = matcher.images(*in_eight_bits_alike(pair.left, pair.right))
+            images = matcher.images(pair.left, pair.right)
             try:
                 found, milliseconds = fastest(
                     lambda: matcher.opencv.compute(*images), task.repeats)
@@ -195,14 +195,6 @@ def matcher_named(word, profile, changes):
     made = Ours(word, rest[0] if rest else profile, changes)
     made.config(1)
     return made
-
-
-def in_eight_bits_alike(left, right):
-    """Return both images as uint8 for OpenCV's matchers; scales 16 bits by a common factor."""
-    if left.dtype == right.dtype == np.uint8:
-        return left, right
-    top = max(int(left.max()), int(right.max()), 1)
-    return tuple(np.rint(image * (255 / top)).astype(np.uint8) for image in (left, right))
 
 
 def fastest(work, repeats, processor=False):

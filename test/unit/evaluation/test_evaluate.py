@@ -11,7 +11,7 @@ from fuzzy_stereo_ros.evaluation import matchers as matchers_module
 from fuzzy_stereo_ros.evaluation.baselines import dense, TUNED
 from fuzzy_stereo_ros.evaluation.catalogue import search
 from fuzzy_stereo_ros.evaluation.ground_truth import KITTI, MIDDLEBURY
-from fuzzy_stereo_ros.evaluation.matchers import in_eight_bits_alike, ResultFiles
+from fuzzy_stereo_ros.evaluation.matchers import ResultFiles
 from fuzzy_stereo_ros.evaluation.measuring import (
     COLUMNS, disparities_of, SEEN, TRUTHS_LARGEST)
 from fuzzy_stereo_ros.evaluation.scores import flicker, score, THRESHOLDS
@@ -122,10 +122,9 @@ def test_a_time_is_the_fastest_and_the_speed_follows_from_it(tmp_path, capsys, m
 
 def test_images_of_16_bits_become_8_by_one_factor_for_both():
     left, right = np.uint16([[0, 2000, 4000]]), np.uint16([[1000, 500, 0]])
-    found = in_eight_bits_alike(left, right)
+    found = DEFAULT[0].matcher(MIDDLEBURY, 16).images(left, right)
     np.testing.assert_array_equal(found[0], [[0, 128, 255]])
     np.testing.assert_array_equal(found[1], [[64, 32, 0]])
-    assert in_eight_bits_alike(found[0], found[1])[0] is found[0]
 
 
 def test_all_run_on_the_threads_that_are_asked_for(tmp_path, capsys, monkeypatch):
