@@ -172,12 +172,6 @@ class Ros1:
         return pack('<I', len(header)) + header + pack('<I', len(data)) + data
 
 
-def has_torn_index(reader):
-    """Return whether zeros end the index of a reader of rosbags: no connection has 0 messages."""
-    return any(0 in chunk.connection_counts.values()
-               for chunk in getattr(reader, 'chunk_infos', ()))
-
-
 def _indexed(path, form):
     """Return the IndexedPath of a file of Mcap or Ros1; ValueError if it does not begin as one."""
     stop, described, chunks, end = _written(path), {}, [], len(form.MAGIC)
@@ -221,10 +215,11 @@ def _sized_at(content, place):
     return content[place + 4:][:int.from_bytes(content[place:place + 4], 'little')]
 
 
-def is_torn_database(path):
-    """Return whether a file (Path) is a .db3 that ends within a page, which rosbags overlooks."""
-    if path.suffix != '.db3':
-        return False
+def is_torn(path, reader):
+    """Return whether the end of a file (Path) is missing though a reader of rosbags opened it."""
+    if path.suffix != '.db3':   # zeros may end the index of a .bag: no connection has 0 messages
+        return any(0 in chunk.connection_counts.values()
+                   for chunk in getattr(reader, 'chunk_infos', ()))
     with open(path, 'rb') as file:
         page = int.from_bytes(file.read(18)[16:], 'big')
     return bool(page) and path.stat().st_size % (page if page > 1 else 1 << 16) > 0

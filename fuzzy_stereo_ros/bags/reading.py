@@ -8,8 +8,7 @@ import heapq
 from pathlib import Path
 from typing import NamedTuple
 
-from fuzzy_stereo_ros.bags.cut_off import (
-    check_tables, has_torn_index, is_torn_database, log_of, Recovered, recovered)
+from fuzzy_stereo_ros.bags.cut_off import check_tables, is_torn, log_of, Recovered, recovered
 from fuzzy_stereo_ros.pairs.messages import stamp_of
 from fuzzy_stereo_ros.pairs.stereo_pair import BadPair
 
@@ -200,7 +199,7 @@ def _opened_file(path):
             raise ValueError(f'{path} has its newest messages in {log.name}, which cannot be read '
                              'here; copy both into a folder that can be written to')
         file = _OpenFile(path, _reader(path))
-        if not is_torn_database(path) and not has_torn_index(file.reader.readers[0]):
+        if not is_torn(path, file.reader.readers[0]):
             return file
         file.close()
         raise ValueError(f'{path} cannot be read as a bag: its end is missing')

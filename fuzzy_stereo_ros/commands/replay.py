@@ -144,8 +144,10 @@ def run(arguments, stream, progress_stream=None):
             for loss in bags.losses:
                 bar.log(loss)
             stats = _match_all(options, source, outputs, bar)
-        if not stats.matched:
-            _check_no_pairs(bags.names, options, outputs, source, stats)
+        # Nothing may be left to match.
+        if not (stats.matched or stats.interrupted or (
+                outputs.continued and source.caught_up and stats.error is None)):
+            raise ValueError(no_pair_sentence(bags.names, options, outputs, source, stats))
         figures = {'output': options.output, 'video': options.video,
                    'topics': source.topics._asdict(), 'calibration': source.calibration,
                    'losses': bags.losses, 'points_reach': points_reach(
@@ -188,16 +190,3 @@ def _match_all(options, source, outputs, bar):
                    else match_in_order(items, matcher))
         replay(results, outputs, stats, stopped, bar.log, bar.step)
     return stats
-
-
-def _check_no_pairs(name, options, outputs, source, stats):
-    """Raise ValueError that says why no new pair was matched, unless none was left to match."""
-    if stats.interrupted or (outputs.continued and source.caught_up and stats.error is None):
-        return
-    if stats.error is not None:
-        raise ValueError(f"{stats.error}; no {'new ' if outputs.continued else ''}pair could be "
-                         'matched before that')
-    if outputs.continued:
-        raise ValueError(f'--resume: the last pairs in {outputs.path} are not in {name}')
-    raise ValueError(no_pair_sentence(
-        name, stats, source.synchroniser, options.settings['approximate_sync']))

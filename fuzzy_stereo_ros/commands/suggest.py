@@ -69,7 +69,9 @@ def run(arguments, stream):
         times.append(match.times['total'])
         noise.append(matcher.algorithm.noise)       # of the first pair: nothing is averaged
         finding = check.add(pair.left, pair.right, match, config, pair.calibration.offset)
-    rate, milliseconds = _rate(pairs), min(times)
+    steps = [after.stamp - before.stamp for before, after in pairwise(pairs)]
+    rate = SECOND / np.median(steps) if steps and min(steps) > 0 else None
+    milliseconds = min(times)
     chosen, kept_up = _scale(scale, milliseconds, rate)
     whole = replace(config, min_disparity=round(first / scale), disparities=round(count / scale))
     whole_calibration = pairs[0].calibration.scaled(1 / scale)
@@ -97,11 +99,6 @@ def run(arguments, stream):
 
 def _comment(sentence):
     return [f'    # {sentence}'] if sentence else []
-
-
-def _rate(pairs):
-    steps = [after.stamp - before.stamp for before, after in pairwise(pairs)]
-    return SECOND / np.median(steps) if steps and min(steps) > 0 else None
 
 
 def _scale(scale, milliseconds, rate):

@@ -73,10 +73,10 @@ def environment(threads):
 
 def markdown(report):
     """Return a report as a section of a Markdown page."""
-    parts = [f'## {report.title}', _list(f'{what}: {how}' for what, how in
-                                         report.settings.items())]
+    parts = [f'## {report.title}', '\n'.join(
+        f'- {what}: {how}' for what, how in report.settings.items())]
     if report.skipped:
-        parts.append('Skipped:\n\n' + _list(report.skipped))
+        parts.append('\n'.join(['Skipped:\n', *(f'- {sentence}' for sentence in report.skipped)]))
     for table in report.tables:
         parts += [f'### {table.title}', table.markdown]
         if table.note:
@@ -89,10 +89,6 @@ def cell(value, digits):
     if value is None or isinstance(value, float) and math.isnan(value):
         return '-'
     return f'{value:.{digits}f}' if isinstance(value, float) else str(value)
-
-
-def _list(sentences):
-    return '\n'.join(f'- {sentence}' for sentence in sentences)
 
 
 def _processor():

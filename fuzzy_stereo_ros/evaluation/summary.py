@@ -135,14 +135,12 @@ def _without_truth(results):
         columns=('', 'matcher', 'start', *OWN.values())).astype(dict.fromkeys(OWN.values(), float))
     if not len(rows):
         return []
-    means = rows.drop(columns='').groupby(['matcher', 'start'], sort=False).mean().reset_index()
-    title, columns = 'Without ground truth', ('', *means.columns[1:])
-    cells = list(means.itertuples(index=False, name=None))
+    means = rows.drop(columns='').groupby(['matcher', 'start'], sort=False).mean().reset_index(1)
+    title = 'Without ground truth'
     if len(results) == 1:
-        return [Table(title, columns, cells, OWN_EXPLANATION)]
-    return [Table(f'{title}, mean of {len(results)}', columns, cells, OWN_EXPLANATION),
-            Table(f'{title}, each', tuple(rows.columns),
-                  list(rows.itertuples(index=False, name=None)))]
+        return [Table.of(title, means, OWN_EXPLANATION)]
+    return [Table.of(f'{title}, mean of {len(results)}', means, OWN_EXPLANATION),
+            Table.of(f'{title}, each', rows.set_index(''))]
 
 
 def _row_offsets(results):

@@ -17,7 +17,7 @@ from fuzzy_stereo_ros.program import Parser, run_cleanly
 from fuzzy_stereo_ros.synthetic.scenes import scene_calibration, scene_pairs, SCENE_PARAMETERS
 from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
-from rclpy.qos import HistoryPolicy, QoSProfile, ReliabilityPolicy
+from rclpy.qos import QoSProfile, ReliabilityPolicy
 from rclpy.utilities import remove_ros_args
 from sensor_msgs.msg import CameraInfo, CompressedImage, Image
 
@@ -34,9 +34,8 @@ class SimulatedCameras(Node):
         self.sent = []
         self._focal, self._baseline, self._offset = focal, baseline, offset
         self._message_of = compressed_message if compressed else image_message
-        profile = QoSProfile(
-            history=HistoryPolicy.KEEP_LAST, depth=depth,
-            reliability=ReliabilityPolicy.RELIABLE if reliable else ReliabilityPolicy.BEST_EFFORT)
+        profile = QoSProfile(depth=depth, reliability=(
+            ReliabilityPolicy.RELIABLE if reliable else ReliabilityPolicy.BEST_EFFORT))
         kind, suffix = (CompressedImage, '/compressed') if compressed else (Image, '')
         self._outputs = {}
         for side in SIDES:

@@ -3,7 +3,6 @@
 """Options of the command line: for the parameters of the table, and for the calibration."""
 import argparse
 from dataclasses import dataclass, fields, replace
-from functools import cache
 import math
 
 from fuzzy_stereo_ros.matching.config import MatcherConfig, PROFILES, written
@@ -17,6 +16,7 @@ from fuzzy_stereo_ros.parameters.table import MATCHER_PARAMETERS, NODE_PARAMETER
 USUAL_PROFILE, AUTO = 'realtime', 'auto'
 SHORT = {'approximate_sync': '--approximate',
          'approximate_sync_tolerance_seconds': '--tolerance'}
+CONFIGS = {name: MatcherConfig.from_profile(name) for name in PROFILES}
 METAVARS = {int: 'N', float: 'NUMBER', str: 'WORD'}
 ABOVE_ZERO = 'focal', 'baseline'
 
@@ -199,11 +199,6 @@ class CameraOptions:
                'at {:g}, {:g}'.format(*self.principal_point)))
 
 
-@cache
-def _profiles():
-    return {name: MatcherConfig.from_profile(name) for name in PROFILES}
-
-
 def _default(row):
     """Return the default of a row as text, with those of all profiles if they differ."""
     def text(value):
@@ -211,7 +206,7 @@ def _default(row):
 
     if not row.field:
         return text(row.default)
-    values = {name: text(getattr(config, row.field)) for name, config in _profiles().items()}
+    values = {name: text(getattr(config, row.field)) for name, config in CONFIGS.items()}
     if len(set(values.values())) == 1:
         return values[USUAL_PROFILE]
     return ', '.join(f'{value} ({name})' for name, value in values.items())

@@ -98,9 +98,14 @@ def sentences(figures, approximate):
     return '\n'.join(lines)
 
 
-def no_pair_sentence(name, stats, synchroniser, approximate):
-    """Return why no pair of a bag was matched, and what to do; approximate: see `sentences`."""
-    rejected = sum(stats.rejected.values())
+def no_pair_sentence(name, options, outputs, source, stats):
+    """Return why no new pair of a bag was matched, and what to do; name: of the bag."""
+    if stats.error is not None:
+        return (f"{stats.error}; no {'new ' if outputs.continued else ''}pair could be matched "
+                'before that')
+    if outputs.continued:
+        return f'--resume: the last pairs in {outputs.path} are not in {name}'
+    synchroniser, rejected = source.synchroniser, sum(stats.rejected.values())
     if rejected:
         return (f"{name}: none of {number_of(rejected, 'pair')} could be matched; the first: "
                 f'{stats.first_rejection}')
@@ -112,7 +117,7 @@ def no_pair_sentence(name, stats, synchroniser, approximate):
     difference = synchroniser.difference()
     if difference:
         sentence += f'; the latest stamps differ by up to {difference / 1e6:.3f} ms'
-    return f'{sentence}; {_remedy(approximate)}'
+    return f"{sentence}; {_remedy(options.settings['approximate_sync'])}"
 
 
 def _remedy(approximate):

@@ -48,11 +48,6 @@ class Segment(NamedTuple):
     before: list
     items: list
 
-    @property
-    def new(self):
-        """Whether the outputs lack any of its pairs."""
-        return any(isinstance(item.pair, StereoPair) and not item.written for item in self.items)
-
     def pairs(self):
         """Return [(StereoPair, whether the matcher is reset first)], and how many warm up."""
         pairs, warming, went_back = [], 0, False
@@ -101,7 +96,8 @@ def match_in_segments(items, cluster, stats, stopped):
     """Yield each Item with its Match, Rejection, or None, by a Cluster; errors: also its own."""
     waiting, damage = deque(), []
     for segment in cut_into_segments(_up_to_damage(items, damage)):
-        waiting.append((segment, cluster.submit(*segment.pairs()) if segment.new else None))
+        new = any(isinstance(item.pair, StereoPair) and not item.written for item in segment.items)
+        waiting.append((segment, cluster.submit(*segment.pairs()) if new else None))
         stats.workers = max(stats.workers, cluster.workers)
         while len(waiting) >= SEGMENTS_PER_WORKER * cluster.workers:
             yield from _outcomes(*waiting.popleft(), cluster, stats, stopped)

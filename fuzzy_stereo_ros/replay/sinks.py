@@ -116,7 +116,12 @@ class Outputs:
             return
         if self.path is not None and not self.continued:
             self.path.mkdir(exist_ok=True)
-            self._clear()
+            # What replays write and nothing else; last RECORD, which allows it.
+            parts = [part for suffix in STORAGE_SUFFIXES.values()
+                     for part in self.path.glob(f'*_*{suffix}')]
+            names = UNFINISHED, DISPARITY, METADATA, CALIBRATION, PROGRESS, RECORD
+            for path in (*parts, *(self.path / name for name in names)):
+                remove(path)
             write_whole(self.path / RECORD, (json.dumps(self._record, indent=2) + '\n').encode())
         self.sinks = [FileSink(self.path, suffix) for suffix in self._options.files]
         if self._options.writes_bag:
@@ -124,14 +129,6 @@ class Outputs:
             self.bag_sink = BagSink(self.path, self._options, self._copies)
             self.sinks.append(self.bag_sink)
         self.sinks += self._video
-
-    def _clear(self):
-        """Remove what replays write and nothing else; last RECORD, which allows it."""
-        parts = [part for suffix in STORAGE_SUFFIXES.values()
-                 for part in self.path.glob(f'*_*{suffix}')]
-        names = UNFINISHED, DISPARITY, METADATA, CALIBRATION, PROGRESS, RECORD
-        for path in (*parts, *(self.path / name for name in names)):
-            remove(path)
 
     def _check(self):
         path, options = self.path, self._options
