@@ -87,7 +87,16 @@ class BagWriter:
 
     def _write(self, topic, kind, typestore, content, log_time, qualities):
         if self._writer is None:
-            self._open()
+            from rosbags.rosbag2 import StoragePlugin, Writer
+
+            unfinished = self._folder / UNFINISHED
+            remove(unfinished)      # left by a killed process
+            unfinished.mkdir(parents=True)      # fails where a link was put meanwhile
+            number = len(self._closed['files']) if self._closed else 0
+            name = f'{self._folder.resolve().name}_{number}'    # resolved, as it may be `.`
+            self._writer = Writer(unfinished / name, version=Writer.VERSION_LATEST,
+                                  storage_plugin=StoragePlugin[self._storage.upper()])
+            self._writer.open()
         if topic not in self._connections:
             self._connections[topic] = self._writer.add_connection(
                 topic, kind, typestore=typestore, offered_qos_profiles=qualities)
@@ -95,18 +104,6 @@ class BagWriter:
         self._size += len(content)
         self.counts[topic] += 1
         self.last = log_time
-
-    def _open(self):
-        from rosbags.rosbag2 import StoragePlugin, Writer
-
-        unfinished = self._folder / UNFINISHED
-        remove(unfinished)      # left by a killed process
-        unfinished.mkdir(parents=True)      # fails where a link was put meanwhile
-        number = len(self._closed['files']) if self._closed else 0
-        name = f'{self._folder.resolve().name}_{number}'    # resolved, as the folder may be `.`
-        self._writer = Writer(unfinished / name, version=Writer.VERSION_LATEST,
-                              storage_plugin=StoragePlugin[self._storage.upper()])
-        self._writer.open()
 
     def _close(self):
         import yaml     # only for those who write bags

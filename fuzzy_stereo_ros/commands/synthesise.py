@@ -56,12 +56,15 @@ def run(arguments, stream, progress_stream=None):
                 total=values['frames'], desc='synthesise')
     target = Path(arguments.output).resolve()
     _check_target(arguments.output, target, arguments.overwrite)
-    write = _write_bag if arguments.format == 'bag' else _write_images
     try:
         with tempfile.TemporaryDirectory(
                 prefix=f'.{target.name}.', suffix='.part', dir=target.parent) as part:
             complete = Path(part) / target.name     # a folder with the usual permissions
-            write(complete, pairs, values)
+            if arguments.format == 'bag':
+                write_sequence_bag(complete, ((pair.left, pair.right) for pair in pairs),
+                                   scene_calibration(values), values['rate'])
+            else:
+                _write_images(complete, pairs, values)
             before = Path(part) / f'{target.name}.before'
             if target.is_dir():
                 target.replace(before)
@@ -109,11 +112,6 @@ def _write_images(folder, pairs, values):
                                  values['min_disparity'], values['disparities'])
     for side, camera in rectified_cameras(calibration, *size).items():
         write_camera(folder / f'{side}.yaml', camera, f'made/{side}')
-
-
-def _write_bag(folder, pairs, values):
-    write_sequence_bag(folder, ((pair.left, pair.right) for pair in pairs),
-                       scene_calibration(values), values['rate'])
 
 
 def _sentences(target, form, values):

@@ -76,7 +76,13 @@ class ReplaySource:
         self._infos, self.calibration = _calibration(options, bags, self.topics)
         self.cameras = f'{bags.names}, stamped by {bags.stamped_by}' if isinstance(
             bags, FrameReader) else f'{self.topics.left} and {self.topics.right}'
-        self.start, self.stop = _time_range(options, bags)
+        length = (bags.end - bags.begin) / SECOND
+        if options.start is not None and not 0 <= options.start <= length:
+            raise ValueError(f'--start is {options.start:g}; {bags.names} is {length:.3f} s long')
+        first = bags.begin + round((options.start or 0.0) * SECOND)
+        self.start = None if options.start is None else first
+        self.stop = (None if options.duration is None else
+                     first + round(options.duration * SECOND))
         self._read = PairReader(*(settings[name] for name in READING)).read
         queued, self._held = self.topics, ()
         if self._infos is not None:
@@ -187,16 +193,6 @@ def _calibration(options, bags, topics):
     _, first = read_stamped(next(bags.messages([topics.left])))
     shape = read_image(first).shape[:2]
     return options.cameras.cameras(shape, purpose, rectifies, bags.paths)
-
-
-def _time_range(options, bags):
-    """Return the recorded time that is read, (start, stop) in ns or None; raises ValueError."""
-    length = (bags.end - bags.begin) / SECOND
-    if options.start is not None and not 0 <= options.start <= length:
-        raise ValueError(f'--start is {options.start:g}; {bags.names} is {length:.3f} s long')
-    first = bags.begin + round((options.start or 0.0) * SECOND)
-    return (None if options.start is None else first,
-            None if options.duration is None else first + round(options.duration * SECOND))
 
 
 class FrameReader(Frames):
