@@ -8,8 +8,11 @@ from xml.etree import ElementTree
 
 from bench import datasets
 from bench.__main__ import main, SUITES
+from bench.page import check_page, HEADING, write_section
+from fuzzy_stereo_ros.evaluation.report import Report
 import pandas as pd
 import pytest
+
 
 # What is said of rows, and of columns, that hold random noise.
 NOISE = re.compile(r'noise [1-9]|shot and read|sixth of the light|each part|Made|error, odd')
@@ -47,3 +50,26 @@ def test_a_suite_runs_in_its_short_form_and_fills_its_section(name, tmp_path, mo
     assert re.findall(r'!\[.+\]\((.+)\.svg\)', page) == PICTURES.get(name, [])
     for picture in PICTURES.get(name, []):
         assert ElementTree.parse(tmp_path / f'{picture}.svg').getroot().tag.endswith('svg')
+
+
+def test_only_the_own_section_is_replaced_and_pictures_are_written_beside_the_page(tmp_path):
+    page = tmp_path / 'page.md'
+    for value, name in (('first', 'accuracy'), ('second', 'speed'), ('third', 'accuracy')):
+        write_section(page, Report(name, name.title(), {'value': value}, [], [],
+                                   {f'{name}.svg': b'<svg/>'}))
+    text = page.read_text()
+    assert text.startswith(HEADING)
+    assert text.count('## Accuracy') == text.count('## Speed') == 1
+    assert 'first' not in text
+    assert text.index('third') < text.index('second')
+    assert '![Accuracy](accuracy.svg)' in text
+    assert (tmp_path / 'accuracy.svg').read_bytes() == b'<svg/>'
+
+
+def test_a_file_that_is_no_page_of_benchmarks_is_not_written_to(tmp_path):
+    other = tmp_path / 'other.md'
+    other.write_text('# Mine\n')
+    for path, reason in ((other, 'is no page of benchmarks'), (tmp_path / 'page.txt', 'suffix'),
+                         (tmp_path / 'no' / 'page.md', 'no folder')):
+        with pytest.raises(ValueError, match=reason):
+            check_page(path)

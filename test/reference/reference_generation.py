@@ -60,12 +60,6 @@ def tile_genes(parents, shape, disparities, last_parent, side, most, mutation=1)
     return genes, origins
 
 
-def all_labels(shape, disparities, side):
-    """Return the genes of all tiles where all labels are genes, as `tile_genes` does."""
-    return {(row, column): list(range(disparities)) for row in range(-(-shape[0] // side))
-            for column in range(-(-shape[1] // side))}
-
-
 def selected(costs, genes, across, down, small, side):
     """Return labels, offsets, sums and margins of what is selected, (R, C) each."""
     # costs: int64 (R, C, D), priors included; genes: as of tile_genes; across, down: P2

@@ -67,14 +67,14 @@ def least_cost_by_flow(exchange):
     return change, cells
 
 
-@settings(max_examples=200)
+@settings(max_examples=100)
 @given(exchanges((-20, 21), most=12), st.sampled_from([0, 1, 5]))
 def test_regions_are_taken_as_by_trying_each(exchange, advantage):
     taken = crossed(PartitionCrossover(*exchange.shape, advantage), exchange)
     np.testing.assert_array_equal(taken, twins.regions(exchange, advantage))
 
 
-@settings(max_examples=150)
+@settings(max_examples=75)
 @given(exchanges(most=14) | st.builds(
     exchange_of, st.sampled_from([(1, 40), (40, 1), (2, 30), (30, 2)]), st.sampled_from([4, 8]),
     st.integers(0, 99), st.just(0.9), st.just((-LARGEST_CHANGE, LARGEST_CHANGE + 1)),
@@ -91,7 +91,7 @@ def test_a_cut_costs_what_another_maximum_flow_says_and_takes_the_fewest_cells(e
         np.testing.assert_array_equal(crossed(used, exchange), expected)
 
 
-@settings(max_examples=200)
+@settings(max_examples=100)
 @given(exchanges((-20, 31)))
 def test_a_cut_counts_pairs_above_0_as_0_and_then_leaves_the_regions_that_lose(exchange):
     taken, pairs = cut(exchange), exchange.pairs.copy()

@@ -37,7 +37,7 @@ def noisy(image, noise, random):
 
 
 @pytest.mark.parametrize('profile', ['realtime', 'fast'])
-@settings(max_examples=10)
+@settings(max_examples=6)
 @given(st.sampled_from(sorted(COVERS)), st.sampled_from([0, 1]), st.sampled_from([0, .8, 1.5, 4]),
        st.sampled_from([0, 1.5]), st.integers(0, 3), st.booleans(), st.booleans(),
        st.integers(-3, 9), st.integers(0, 999))
@@ -80,7 +80,7 @@ def test_a_burnt_out_window_gives_no_confidence_and_its_surroundings_keep_theirs
         assert (match.confidence[:, 140:] >= .5)[:20].mean() > .9
 
 
-@settings(max_examples=40)
+@settings(max_examples=20)
 @given(st.integers(2, 40), st.integers(2, 40), st.integers(0, 4), st.integers(-6, 6),
        st.floats(0, 40), st.integers(0, 999))
 def test_what_is_seen_is_that_of_the_twin(rows, columns, extra, shift, noise, seed):

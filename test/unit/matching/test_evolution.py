@@ -58,7 +58,8 @@ COMMON = {'disparities': 24, 'threads': 1, 'generations': 2, 'reference': 'left'
 CONFIGS = {
     'realtime': MatcherConfig(**COMMON),
     'quality': MatcherConfig.from_profile('quality', **COMMON),
-    'paper': MatcherConfig.from_profile('paper', **COMMON, population=8)}
+    **{reading: MatcherConfig.from_profile('paper', **COMMON, population=8, reading=reading)
+       for reading in ('uniform', 'literal')}}
 SCENE = make_pair(40, 60, 24, seed=2, noise=2.0)
 
 

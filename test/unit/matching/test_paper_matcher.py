@@ -85,12 +85,15 @@ def test_the_initial_population_is_random_or_the_most_possible_map_with_some_ran
 
 
 @pytest.mark.parametrize('reading', READINGS)
-def test_the_retained_survive_and_are_all_parents(reading):
+def test_the_retained_survive_and_are_all_parents_and_uniform_mutation_loses_nothing(reading):
     matcher, _ = evolved(reading=reading, generations=0, mutation_rate=1.0)
     population = matcher.population
     fitness, former = population.fitness.copy(), population.genes.copy()
     for number, name in enumerate(('selection', 'crossover', 'mutation')):
+        before = population.fitness.copy()
         matcher._operators[name](population, Random((3, number)))
+    gained = population.fitness - before
+    assert gained.any() and (reading == 'literal' or (gained >= 0).all())
     kept = np.setdiff1d(np.arange(fitness.size), population.lineage.children)
     fittest = operators.fittest_first(fitness)[:operators.elite_size(fitness.size)]
     assert set(fittest) == set(kept)
@@ -98,10 +101,8 @@ def test_the_retained_survive_and_are_all_parents(reading):
     np.testing.assert_array_equal(population.genes[kept], former[kept])
 
 
-@pytest.mark.parametrize('reading', READINGS)
-def test_line_crossover_takes_rows_above_a_line_from_one_parent_and_the_rest_from_the_other(
-        reading):
-    matcher, _ = evolved(reading=reading, generations=0)
+def test_line_crossover_takes_rows_above_a_line_from_one_parent_and_the_rest_from_the_other():
+    matcher, _ = evolved(reading='literal', generations=0)
     population, tools = matcher.population, matcher._tools
     operators.select(tools, population, Random((1,)))
     former = population.genes.copy()
@@ -114,35 +115,6 @@ def test_line_crossover_takes_rows_above_a_line_from_one_parent_and_the_rest_fro
         np.testing.assert_array_equal(genes[line:], former[second][line:])
         lines.append(line)
     assert len(set(lines)) > 3
-
-
-def test_a_child_of_regions_is_at_least_as_fit_as_both_parents_who_are_alike():
-    """Chromosomes of one winner that differ in small wrong patches."""
-    matcher, _ = evolved(generations=0, initial_population='winner_takes_all')
-    population, tools, random = matcher.population, matcher._tools, np.random.default_rng(1)
-    for slot in range(len(population.genes)):
-        population.copy(slot, 0)
-        row, column = random.integers(0, (ROWS - 3, COLUMNS - 3))
-        population.genes[slot, row:row + 3, column:column + 3] = (0, 1, 2, 4, 5)[slot % 5]
-        population.evaluate(slot, 0, ROWS)
-    operators.select(tools, population, Random((1,)))
-    former, fitness = population.genes.copy(), population.fitness.copy()
-    operators.cross_regions(tools, population, Random((2,)))
-    children, parents = population.lineage
-    gained = population.fitness[children] - fitness[parents].max(axis=1)
-    assert (gained >= 0).all() and (gained > 0).any()
-    for child, (first, second) in zip(population.genes[children], former[parents]):
-        assert np.all((child == first) | (child == second))
-
-
-@pytest.mark.parametrize('reading', READINGS)
-def test_gains_add_up_to_the_rise_of_the_best_which_never_declines(reading):
-    best = start = evolved(reading=reading, generations=0)[0].population.fitness.max()
-    for row in evolved(reading=reading, generations=30)[1].history:
-        assert sum(row.gains.values()) == pytest.approx(row.best_fitness - best, abs=1e-6)
-        assert row.best_fitness >= best
-        best = row.best_fitness
-    assert best > 1.2 * start
 
 
 @pytest.mark.parametrize('reading', READINGS)

@@ -43,7 +43,7 @@ def test_census_and_costs_are_those_of_the_twin(
         *codes, *planes, weights, disparities, first_inside, labels))
 
 
-@settings(max_examples=30)
+@settings(max_examples=14)
 @given(st.integers(1, 22) | st.just(70), st.integers(1, 34), st.sampled_from([0, 3]),
        st.sampled_from([4, 34]), st.sampled_from([0, FULL]), st.integers(0, 99))
 def test_arms_and_means_over_them_are_those_of_the_twin(
@@ -181,7 +181,7 @@ def test_a_child_costs_no_more_than_its_parents_and_saves_what_crossover_returns
     assert cost(maps[0]) <= min(cost(first), cost(second)) + 0.01 * first.size
 
 
-@settings(max_examples=200)
+@settings(max_examples=100)
 @given(st.integers(1, 9), st.integers(1, 9), st.sampled_from([1, 3, 512]),
        st.sampled_from([0, 3, 6, 9]), st.sampled_from([1, 16, 200]), st.integers(0, 10**6))
 def test_an_exchange_has_the_change_of_cost_from_the_first_parent_to_the_child(

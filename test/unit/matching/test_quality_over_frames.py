@@ -82,7 +82,7 @@ def test_a_still_scene_in_noise_gets_better_and_flickers_less_and_after_a_cut_al
 
 
 def test_made_scenes_are_found():
-    for seed in range(3):
+    for seed in range(2):
         pair = scene(90, 140, seed)
         match = matched(pair, CONFIG, generations=6)
         assert wrong(match, pair) < 5
@@ -148,7 +148,7 @@ def test_a_uniform_pair_is_rejected_and_noise_is_not_sure():
     matcher, invalid = StereoMatcher(replace(CONFIG, fill=False, warm_start=False)), []
     nothing = matcher.match(uniform, uniform)
     assert np.isnan(nothing.disparity).all() and (nothing.confidence == 0).all()
-    for seed in range(6):
+    for seed in range(3):
         noise = np.random.default_rng(seed).integers(0, 255, (2, 60, 100, 3)).astype(np.uint8)
         unlike = matcher.match(*noise)
         assert (unlike.confidence >= 0.5).mean() < 0.002

@@ -3,7 +3,6 @@
 """Every profile on real pairs with ground truth, cold; skipped where they are not here."""
 from functools import cache
 
-import cv2
 from fuzzy_stereo_ros.evaluation.scores import score
 from fuzzy_stereo_ros.matching import StereoMatcher
 import numpy as np
@@ -26,7 +25,7 @@ def scores(pair, profile, whole=False, **changes):
 
 # Bounds are within a tenth of what is measured, so that what gets worse is seen.
 @pytest.mark.parametrize('profile', [
-    'realtime', 'paper', pytest.param('quality', marks=pytest.mark.slow)])
+    'realtime', *(pytest.param(name, marks=pytest.mark.slow) for name in ('paper', 'quality'))])
 @pytest.mark.parametrize('name, table_i, at_most', [
     ('tsukuba', 2.74, (2.3, 2.0, 1.35)), ('venus', 2.5, (0.77, 1.3, 0.6)),
     ('teddy', 14.7, (4.5, 8.5, 2.6)), ('cones', 7.78, (3.15, 3.4, 2.65))])
@@ -57,19 +56,4 @@ def test_the_motorcycle_is_found_but_for_few_pixels_and_what_stays_valid_is_righ
     assert dense.bad_dense[3.0] < 2.35
     assert dense.average_error < 0.58
     assert sparse.density > 97.3
-    assert sparse.bad_sparse[1.0] < 3.0
-
-
-def test_fewer_valid_pixels_of_the_motorcycle_are_wrong_than_by_semi_global_matching():
-    """By the fastest mode of OpenCV as tuned for such scenes, its left border padded."""
-    pair = motorcycle()
-    matcher = cv2.StereoSGBM_create(0, pair.disparities, 3, 36, 288, 1, 15, 5, 100, 2,
-                                    cv2.STEREO_SGBM_MODE_SGBM_3WAY)
-    padded = [cv2.copyMakeBorder(cv2.cvtColor(image, cv2.COLOR_BGR2GRAY), 0, 0,
-                                 pair.disparities, 0, cv2.BORDER_REPLICATE)
-              for image in pair[:2]]
-    theirs = matcher.compute(*padded)[:, pair.disparities:] / np.float32(16)
-    theirs[theirs < 0] = np.nan
-    ours, theirs = on_the_motorcycle(fill=False), score(theirs, pair.truth, pair.visible)
-    assert ours.bad_sparse[1.0] < theirs.bad_sparse[1.0]
-    assert ours.bad_dense[1.0] < theirs.bad_dense[1.0]
+    assert sparse.bad_sparse[1.0] < 3.0     # of the tuned 3WAY of OpenCV 5.6 %

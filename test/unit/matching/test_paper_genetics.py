@@ -1,11 +1,15 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""The literal reading: Eq. 3 and Eq. 4, who lives, crossover, mutation, and their random."""
+"""Both readings of the paper: who lives, crossover, mutation, weights, random numbers."""
 from fuzzy_stereo_ros.matching.kernels.genetic.literal_reading import (
     fill_row_fitness, place_patches)
-from fuzzy_stereo_ros.matching.kernels.genetic.random_numbers import (
-    key_of, scatter_random_genes)
+from fuzzy_stereo_ros.matching.kernels.genetic.random_numbers import key_of, scatter_random_genes
+from fuzzy_stereo_ros.matching.kernels.genetic.uniform_reading import (
+    fill_chosen, fill_fitness, fill_neighbour_weights, FRAME, larger_halves, mutate_by_patches,
+    UNIFORM, WEIGHTS)
 from fuzzy_stereo_ros.matching.paper import operators
+from fuzzy_stereo_ros.matching.paper.fitness import inside
+from fuzzy_stereo_ros.matching.paper.possibility import uniform_membership
 from hypothesis import given, settings, strategies as st
 from hypothesis.extra import numpy as arrays
 import numpy as np
@@ -84,3 +88,53 @@ def test_patches_fall_as_those_of_the_twin(chosen, key, patches, neighbourhood):
     mutant = parent.copy()
     place_patches(np.uint64(key), patches, neighbourhood, 60, chosen, level, ties, mutant)
     np.testing.assert_array_equal(mutant, expected)
+
+
+def framed(values):
+    """Return planes of whole numbers, (n, R, C), in a frame as kernels take them."""
+    memory = np.zeros((len(values), values.shape[1] + 2, values.shape[2] + FRAME), np.uint8)
+    inside(memory)[:] = values
+    return memory
+
+
+def weights_of(colours):
+    """Return the weights of the eight neighbours of framed colours, framed."""
+    weights = np.zeros((8, *colours.shape[1:]), np.uint8)
+    fill_neighbour_weights(colours, uniform_membership(), 0, colours.shape[1] - 2, weights)
+    return weights
+
+
+@settings(max_examples=20)
+@given(st.integers(1, 9), st.integers(1, 12), st.sampled_from([(0, 1), (90, 120), (0, 256)]))
+def test_weights_are_whole_parts_by_uniformity_and_none_leads_outside(rows, columns, limits):
+    colours = np.random.default_rng(0).integers(*limits, (3, rows, columns))
+    weights, similar = inside(weights_of(framed(colours))), uniform_membership()
+    np.testing.assert_array_equal(weights.sum(axis=0), WEIGHTS * ((rows, columns) != (1, 1)))
+    for row, column in np.ndindex(rows, columns) if rows * columns > 1 else ():
+        shares = np.zeros(8)
+        for side, (down, right) in enumerate(reference.AROUND):
+            if 0 <= row + down < rows and 0 <= column + right < columns:
+                apart = colours[:, row, column] - colours[:, row + down, column + right]
+                shares[side] = similar[min(np.sum(apart**2) // 4, similar.size - 1)]
+        apart = weights[:, row, column] - WEIGHTS * shares / shares.sum()
+        heaviest = shares.argmax()
+        assert ((apart > -1) & (apart <= 1e-4))[np.arange(8) != heaviest].all()
+        assert -1e-4 <= apart[heaviest] < 8
+
+
+@pytest.mark.parametrize('apart, together', [(UNIFORM, True), (UNIFORM + 1, False)])
+def test_a_patch_holds_the_cells_that_are_uniform_with_its_middle(apart, together):
+    """Of two walls of different colour a patch strikes one, although all cells would gain."""
+    colours = framed(np.array([[[100, 100]], [[100, 100 + apart]], [[100, 100]]]))
+    planes = framed(np.where(np.arange(6) == 4, 255, 10).repeat(2).reshape(6, 1, 2))
+    mutated = set()
+    weights = weights_of(colours)
+    for key in range(300):
+        genes, chosen, fitness = (np.zeros(planes.shape[1:], kind)
+                                  for kind in (np.uint16, np.uint8, np.uint16))
+        fill_chosen(planes, genes, 0, 1, chosen)
+        fill_fitness(genes, chosen, weights, 2, 0, 1, fitness)
+        mutate_by_patches(key_of(key), 1, larger_halves(2), planes, colours, weights,
+                          (genes, chosen, fitness))
+        mutated.add(tuple(inside(genes)[0].tolist()))
+    assert ((4, 4) in mutated) == together
