@@ -33,7 +33,7 @@ import reference_search
 WEIGHTS = np.array([0, weight_of(1, 2), weight_of(0, 6), weight_of(1, 5)], np.uint8)
 
 
-@settings(max_examples=24)
+@settings(max_examples=16)
 @given(st.integers(1, 50), st.integers(1, 50), st.integers(1, 40) | st.sampled_from([256, 257]),
        st.integers(1, 40), st.integers(-60, 9), st.integers(0, 99),
        st.tuples(st.integers(-70, 70), st.integers(-70, 70)),
@@ -181,7 +181,7 @@ def half_map_of_twins(left, right, disparities, places, min_disparity):
                                for one in (finer, WEAK * reliance))
 
 
-@settings(max_examples=6)
+@settings(max_examples=4)
 @given(st.integers(256, 300), st.integers(256, 300), st.integers(105, 210), st.integers(-70, 5))
 def test_a_pair_of_three_sizes_or_more_is_matched_to_the_same_bits_in_parts(
         rows, columns, disparities, lowest):
@@ -192,7 +192,7 @@ def test_a_pair_of_three_sizes_or_more_is_matched_to_the_same_bits_in_parts(
     assert len(alone.algorithm._views.small) >= 2
 
 
-@settings(max_examples=15)
+@settings(max_examples=10)
 @given(st.integers(2, 90), st.integers(2, 90),
        st.integers(1, 70) | st.integers(1, 70) | st.sampled_from([300, 510, 512, 514, 1024]),
        st.integers(-60, 9) | st.sampled_from([-2048, -200, 40]), st.booleans(), st.integers(1, 3))

@@ -124,7 +124,7 @@ def test_small_holes_are_filled_and_all_else_stays_as_it_is(profile, threshold):
     frames = [make_pair(120, 200, 32, 4, objects=6, noise=noise) for noise in (4.0, 5.0)]
     pairs, matches = [(one.left, misaligned(one.right, tilt=1.5)) for one in frames], []
     for changes in ({}, {'fill': True}, {'fill_holes': 12}):
-        matcher = StereoMatcher(profile, disparities=32, generations=2, threads=1,
+        matcher = StereoMatcher(profile, disparities=32, generations=2, population=8, threads=1,
                                 confidence_threshold=threshold, **changes)
         matches.append([matcher.match(*pair) for pair in pairs][-1])
     plain, filled, found = matches

@@ -43,7 +43,7 @@ def test_census_and_costs_are_those_of_the_twin(
         *codes, *planes, weights, disparities, first_inside, labels))
 
 
-@settings(max_examples=14)
+@settings(max_examples=10)
 @given(st.integers(1, 22) | st.just(70), st.integers(1, 34), st.sampled_from([0, 3]),
        st.sampled_from([4, 34]), st.sampled_from([0, FULL]), st.integers(0, 99))
 def test_arms_and_means_over_them_are_those_of_the_twin(

@@ -78,7 +78,7 @@ def test_made_moving_scenes_are_no_more_wrong_warm_and_flicker_less_in_noise(noi
     assert warm[1] < share * cold[1]
 
 
-@mostly_slow('pan, noise', product((0, 2, 8), (0.0, 3.0, 6.0)), [(2, 0.0), (0, 3.0), (8, 6.0)])
+@mostly_slow('pan, noise', product((0, 2, 8), (0.0, 3.0, 6.0)), [(2, 0.0), (8, 6.0)])
 def test_the_motorcycle_through_a_moving_window_is_less_wrong_and_flickers_less_warm_in_noise(
         pan, noise):
     pair = motorcycle()
