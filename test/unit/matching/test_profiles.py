@@ -19,7 +19,7 @@ from reference_refinement import components
 SMALL = {'disparities': 24, 'threads': 1}
 CONFIGS = {
     **{name: MatcherConfig.from_profile(name, **SMALL, generations=generations)
-       for name, generations in (('realtime', 1), ('quality', 2))},
+       for name, generations in (('realtime', 1), ('fast', 1), ('quality', 2))},
     **{f'paper, {reading}, {initial}': MatcherConfig.from_profile(
         'paper', **SMALL, population=6, generations=3, reference='left', reading=reading,
         initial_population=initial) for reading, initial in (
