@@ -4,14 +4,17 @@
 from dataclasses import replace
 import os
 import platform
+from random import Random
 import subprocess
 import sys
 
 from drawn_frames import frames_of, options, SCENES
 from fuzzed import examples, is_long
 from fuzzy_stereo_ros.matching import PROFILES, StereoMatcher
-from hypothesis import given, strategies as st
+from fuzzy_stereo_ros.matching.bands import ThreadPool
+from hypothesis import given, Phase, settings, strategies as st
 from made_scenes import bits
+import numpy as np
 import pytest
 from repository import ROOT
 
@@ -41,6 +44,34 @@ def test_threads_change_no_bit_of_a_sequence(config, scene, many):
     alone, *others = (results(replace(config, threads=threads), pairs)
                       for threads in (1, 2, many))
     assert others[0] == alone and others[1] == alone
+
+
+def run_in_any_order(random, work, items, needs):
+    """Do what `ThreadPool.run` does, item by item, in an order in which threads may do them."""
+    left = list(range(len(items)))
+    while left:
+        index = random.choice([one for one in left if needs[one] <= left[0]])
+        work(items[index])
+        left.remove(index)
+
+
+@pytest.mark.quick
+@settings(examples(16), deadline=None, phases=[Phase.generate])     # some compile a kernel
+@given(st.sampled_from(['realtime', 'fast']).flatmap(options), SCENES, st.integers(120, 400),
+       st.integers(3, 8), st.integers(0, 99))
+def test_any_order_that_stages_allow_gives_the_bits_of_one_thread(
+        config, scene, rows, many, seed):
+    """Half of each picture is noise, of which each stage rejects some in all rows."""
+    config = replace(config, disparities=min(config.disparities, scene['columns']))
+    pairs, noise = frames_of(config, {**scene, 'rows': rows}), np.random.default_rng(seed)
+    for image in (image for pair in pairs for image in pair):
+        half = image[:, :image.shape[1] // 2]
+        half[:] = noise.integers(100, 130, half.shape)
+    alone, random = results(replace(config, threads=1), pairs), Random(seed)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(ThreadPool, 'run', lambda pool, *call: run_in_any_order(random, *call))
+        for _ in range(4):
+            assert results(replace(config, threads=many), pairs) == alone
 
 
 # ---- any process ----

@@ -130,7 +130,7 @@ class Refinement:
         def smooth_band(band):
             rows, median = len(labels), self._median
             first, last = widened(band, REACH + filling.MEDIAN_RADIUS, rows)
-            reject_changed(labels, chromosome, self.validity, self.final_validity, first, last)
+            reject_changed(labels, chromosome, self.validity, self.final_validity, *band[1:])
             found = chromosome
             if self._by_membership:
                 filling.pad_map(chromosome, columns, self._padded, first, last)
@@ -171,5 +171,6 @@ class Refinement:
             subpixel.write_out(
                 (self._fine, self._agreeing), self.final_validity, self._around, half.certainty,
                 bounds, disparity, confidence, *band[1:])
-        pool.each(write_band, pool.parts(len(labels)), reach=0)
+        # after the band below, too, in whose first rows it rejects pixels
+        pool.each(write_band, pool.parts(len(labels)), reach=1)
         return disparity, confidence
