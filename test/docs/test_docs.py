@@ -89,6 +89,15 @@ def test_every_module_that_a_page_names_exists(page):
             assert named in (modules if '/' in named else short), named
 
 
+@pytest.mark.parametrize('page', [path for path in PAGES if path.endswith('.md')])
+def test_every_test_that_a_page_names_exists(page):
+    files = list((ROOT / 'test').rglob('test_*.py'))
+    names = {file.stem for file in files} | {
+        name for file in files
+        for name in re.findall(r'^def (test_\w+)', file.read_text(encoding='utf-8'), re.MULTILINE)}
+    assert set(re.findall(r'\btest_\w+', text_of(page))) <= names
+
+
 @pytest.mark.slow
 def test_make_docs_builds_all_pages_without_a_warning(tmp_path):
     for library in ('sphinx', 'myst_parser'):
