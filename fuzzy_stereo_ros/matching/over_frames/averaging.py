@@ -138,9 +138,8 @@ class Averaging:
         self.noise, self.shift, self.share = 0.0, (0, 0), 0.0
         self._both.choices[:], self._both.ages[:], self._both.drifts[:] = -1, 1, 0
         self.ages_of_both[:] = 1
-        pictures = np.empty((2, *self._size), np.uint16)
-        self.blend(pool, views, (0, 1), pictures, pictures)
-        self.pictures = pictures
+        self.pictures = np.empty((2, *self._size), np.uint16)
+        self.blend(pool, views, (0, 1), self.pictures, self.pictures)
 
     def average(self, pool, views, history, search=True):
         """
