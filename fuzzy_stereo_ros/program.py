@@ -110,6 +110,12 @@ class Parser(argparse.ArgumentParser):
         """Return whether the first argument is the name of a command."""
         return self._subparsers is not None
 
+    def waive(self, *names):
+        """Make the arguments of these names optional."""
+        for action in self._actions:
+            if action.dest in names:
+                action.required = False
+
 
 def _meant(word, choices):
     from fuzzy_stereo_ros.parameters.table import nearest

@@ -90,9 +90,7 @@ class _Saved(argparse.Action):
 
     def __call__(self, parser, namespace, values, option_string=None):
         setattr(namespace, self.dest, values)
-        for action in parser._actions:
-            if action.dest in IN_SAVED_PAIR:
-                action.required = False
+        parser.waive(*IN_SAVED_PAIR)
 
 
 def run(arguments, stream):

@@ -1,12 +1,21 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """A figure with noise is the mean of draws, which are the same for all, with the worst beside."""
+from collections import namedtuple
+
 from bench.conditions import under_condition
 from bench.draws import Drawn, means_over_draws, with_draw
+from bench.request import Request
 from made_scenes import small_scene
 import numpy as np
 import pandas as pd
 import pytest
+
+Item = namedtuple('Item', ('name', 'noise'))
+
+
+def twice(item, draw):
+    return [{'name': item.name}] * 2
 
 
 @pytest.mark.parametrize(('worst', 'of_draws'), [('max', max), ('min', min)])
@@ -27,6 +36,14 @@ def test_scenes_are_averaged_within_a_draw_and_the_worst_draw_stands_beside_the_
         printed = f'{each.mean():.2f} ({of_draws(each):.2f})'
         assert f'{found[name]:.2f}' == (printed if len(each) > 1 else printed.split()[0])
         assert isinstance(found[name], Drawn) == (len(each) > 1)
+
+
+def test_what_has_noise_is_matched_for_each_draw_and_what_has_none_once():
+    items = [Item('a', 1.5), Item('b', 0), Item('c', True)]
+    found, none = Request(draws=3).drawn((items, '', twice), ([], '', twice))
+    assert list(found.name) == [*'aaaaaa', *'bb', *'cccccc']
+    assert list(found.draw) == [0, 0, 1, 1, 2, 2, 0, 0, 0, 0, 1, 1, 2, 2]
+    assert none.empty
 
 
 @pytest.mark.parametrize('make', [

@@ -130,6 +130,20 @@ def test_bad_pairs_that_keep_coming_are_counted_and_logged_once_in_five_seconds(
     assert ' pairs rejected since the last report ' in bench.node.log()
 
 
+def test_without_a_subscriber_nothing_is_subscribed_and_each_return_is_served(bench):
+    for _ in range(2):
+        bench.leave()
+        bench.until(lambda: not bench.rig.subscribed(), 'the node takes its subscriptions back')
+        bench.counts()
+        assert bench.status.message == 'idle: no output has a subscriber'
+        bench.listen(disparity=False)
+        bench.until(bench.rig.subscribed, 'the node subscribes again')
+        bench.confidences.clear()
+        bench.until(lambda: bench.rig.publish(*PAIR) and bench.confidences, 'confidence alone')
+        bench.listen(confidence=False)
+        bench.first_match(*PAIR)
+
+
 def test_the_report_when_no_pair_comes_says_what_is_missing(bench):
     def another_moment_in_the_right_camera(messages):
         for topic in ('right/image_rect', 'right/camera_info'):
