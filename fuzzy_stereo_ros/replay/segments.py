@@ -7,8 +7,10 @@ The results depend only on where the segments begin: not on the number of worker
 die, or on interruptions. If a worker dies, Dask gives its segment to another one; the scheduler
 keeps a segment until its result has arrived.
 """
+import asyncio
 from collections import deque
-from contextlib import contextmanager, ExitStack, suppress
+from concurrent.futures import wait
+from contextlib import contextmanager, ExitStack
 from dataclasses import replace
 from functools import lru_cache
 import logging
@@ -148,16 +150,17 @@ class Cluster:
 
     def result(self, future, stopped):
         """Wait for a SegmentResult and return it, None if stopped(); raises ClusterError."""
-        import distributed
         from distributed.scheduler import KilledWorker
 
+        # `future.result` with a limit would begin the transfer anew each time.
+        gathered = asyncio.run_coroutine_threadsafe(
+            self._client.gather(future, asynchronous=True), self._client.loop.asyncio_loop)
         try:
-            while True:
-                with suppress(distributed.TimeoutError):
-                    return future.result(POLL_SECONDS)
+            while not wait([gathered], POLL_SECONDS).done:
                 if stopped():
                     return None
                 self._count_workers()
+            return gathered.result()
         except ClusterError:
             raise
         except KilledWorker as error:
@@ -168,6 +171,8 @@ class Cluster:
         except Exception as error:      # noqa: B902  no worker can match
             raise ClusterError(f'{self.name} cannot match ({text_of(error)}): install {PACKAGE} '
                                f'{versions()[PACKAGE]} there') from error
+        finally:
+            gathered.cancel()
 
     def _count_workers(self):
         """Count the workers; raises ClusterError after NO_WORKER_SECONDS without any."""

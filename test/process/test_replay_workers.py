@@ -9,8 +9,9 @@ import signal
 from dask_processes import dask_processes
 from fuzzed import examples
 from fuzzy_stereo_ros.pairs.image_files import write_image
+from fuzzy_stereo_ros.replay import segments
 from fuzzy_stereo_ros.replay.options import SEGMENT_PAIRS, WARM_PAIRS
-from hypothesis import given, settings, strategies as st
+from hypothesis import given, strategies as st
 from made_bags import (
     BEGIN, content, DISPARITIES, disparities, scene, stamps, STEP, TOPICS, write_bag)
 import numpy as np
@@ -73,6 +74,15 @@ def test_a_cluster_finds_what_a_matcher_finds_in_segments(
         'again to warm up' in capsys.readouterr().out
 
 
+def test_results_that_take_long_to_arrive_are_asked_for_once(
+        folder, capsys, cluster, monkeypatch):
+    monkeypatch.setattr(segments, 'POLL_SECONDS', 1e-4)
+    pairs = scene(SEGMENT_PAIRS + 4)
+    write_bag(folder / 'bag', pairs=pairs)
+    figures(capsys, 'bag', options=['--scheduler', cluster.address])
+    assert_same(sent(folder / 'out'), in_segments(pairs))
+
+
 def test_the_frames_of_folders_are_matched_in_segments_too_of_any_profile(folder, capsys):
     pairs, profile = scene(SEGMENT_PAIRS + 4), 'quality'
     for side in ('left', 'right'):
@@ -88,7 +98,7 @@ def test_the_frames_of_folders_are_matched_in_segments_too_of_any_profile(folder
     assert_same(sent(folder / 'out'), expected)
 
 
-@settings(examples(3), deadline=None)
+@examples(3)
 @given(start=st.integers(0, 3), every=st.integers(1, 3), back=st.integers(8, PAIRS - 1),
        bad=st.sets(st.integers(0, PAIRS - 1), min_size=1, max_size=8))
 def test_bad_pairs_jumps_back_copies_and_selected_pairs_are_as_without_workers(

@@ -20,7 +20,7 @@ NAN, INF = np.nan, np.inf
 FOCAL, BASELINE, OFFSET = 400.0, 0.25, -3.0
 CAMERAS = ['--focal', f'{FOCAL}', '--baseline', f'{BASELINE}', '--offset', f'{OFFSET}']
 SHAPES = arrays.array_shapes(min_dims=2, max_dims=2, max_side=7)
-same_folder = settings(deadline=None, max_examples=12,
+same_folder = settings(max_examples=12,
                        suppress_health_check=[HealthCheck.function_scoped_fixture])
 
 

@@ -106,7 +106,7 @@ def filled_points(disparity, left, use_color=True, avoid_point_cloud_padding=Fal
          'avoid_point_cloud_padding': avoid_point_cloud_padding, **options})
 
 
-@settings(max_examples=80, deadline=None)
+@settings(max_examples=80)
 @given(layout=st.sampled_from(LAYOUTS), stride=st.integers(1, 4), seed=st.integers(0, 999),
        most=st.sampled_from([-1.0, 0.0, 2.0]), dtype=st.sampled_from([np.uint8, np.uint16]),
        channels=st.sampled_from([(), (3,)]), before=st.sampled_from([None, *LAYOUTS]))

@@ -38,7 +38,7 @@ def test_the_right_image_moved_by_the_truth_and_by_no_other_is_the_left_image_wh
     assert 0.6 < pair.visible.mean() < 0.99
 
 
-@settings(deadline=None, max_examples=15)
+@settings(max_examples=15)
 @given(rows=st.integers(1, 40), columns=st.integers(1, 60), share=st.floats(0, 1),
        low=st.integers(-20, 20), seed=st.integers(0, 1000), bits=st.sampled_from([8, 12, 16]),
        colour=st.booleans(), thin=st.integers(0, 5))
