@@ -7,9 +7,8 @@ The results depend only on where the segments begin: not on the number of worker
 die, or on interruptions. If a worker dies, Dask gives its segment to another one; the scheduler
 keeps a segment until its result has arrived.
 """
-import asyncio
 from collections import deque
-from concurrent.futures import wait
+from concurrent.futures import ThreadPoolExecutor, wait
 from contextlib import contextmanager, ExitStack
 from dataclasses import replace
 from functools import lru_cache
@@ -135,6 +134,7 @@ class Cluster:
         """Use the workers of a distributed.Client; config: MatcherConfig."""
         self._client, self.name, self._config = client, name, config
         self.workers, self._last_seen = 1, time.monotonic()
+        self._waiting = ThreadPoolExecutor(1)       # ends with the futures, which the client ends
         self._count_workers()
 
     def warm_up(self):
@@ -152,15 +152,14 @@ class Cluster:
         """Wait for a SegmentResult and return it, None if stopped(); raises ClusterError."""
         from distributed.scheduler import KilledWorker
 
-        # `future.result` with a limit would begin the transfer anew each time.
-        gathered = asyncio.run_coroutine_threadsafe(
-            self._client.gather(future, asynchronous=True), self._client.loop.asyncio_loop)
+        # In a thread: with a limit, `future.result` would begin the transfer anew each time.
+        result = self._waiting.submit(future.result)
         try:
-            while not wait([gathered], POLL_SECONDS).done:
+            while not wait([result], POLL_SECONDS).done:
                 if stopped():
                     return None
                 self._count_workers()
-            return gathered.result()
+            return result.result()
         except ClusterError:
             raise
         except KilledWorker as error:
@@ -171,8 +170,6 @@ class Cluster:
         except Exception as error:      # noqa: B902  no worker can match
             raise ClusterError(f'{self.name} cannot match ({text_of(error)}): install {PACKAGE} '
                                f'{versions()[PACKAGE]} there') from error
-        finally:
-            gathered.cancel()
 
     def _count_workers(self):
         """Count the workers; raises ClusterError after NO_WORKER_SECONDS without any."""
