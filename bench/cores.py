@@ -3,13 +3,13 @@
 """
 By what more cores than there are would make a frame faster.
 
-A computer of many cores is reckoned: the parts of each join, timed one after the other in one
-thread, go in their order to the core that is free first, and wait there for the parts that they
-need; what lies between joins stays in one thread, and each join costs what it costs here with two
-threads.
+A computer of many cores is reckoned: the parts of each join are timed one after the other in one
+thread, and each core that is free takes the first part whose needs have ended; what lies between
+joins stays in one thread, and each join costs what it costs here with two threads.
 """
 from functools import partial
 from heapq import heapreplace
+import math
 import time
 
 from fuzzy_stereo_ros.evaluation.baselines import opencv_threads
@@ -57,16 +57,22 @@ class TimedPool(ThreadPool):
 
 def scheduled(parts, cores):
     """
-    Return when the last of some parts ends, each of which the first free core takes: ms.
+    Return when the last of some parts ends, if each free core takes the first that may begin: ms.
 
-    parts: [(ms, need)]; a part begins once the first `need` parts have ended
+    parts: [(ms, need)]; a part may begin once the first `need` parts have ended
     """
-    free, ended = [0.0] * cores, [0.0]      # when cores are; when all of the first parts have
-    for milliseconds, need in parts:
-        end = max(free[0], ended[need]) + milliseconds
-        heapreplace(free, end)
-        ended.append(max(ended[-1], end))
-    return ended[-1]
+    free, left, ends = [0.0] * cores, list(range(len(parts))), [math.inf] * len(parts)
+    while left:
+        now = free[0]
+        index = next((index for index in left
+                      if max(ends[:parts[index][1]], default=0.0) <= now), None)
+        if index is None:
+            heapreplace(free, min(end for end in ends if end > now))
+        else:
+            left.remove(index)
+            ends[index] = now + parts[index][0]
+            heapreplace(free, ends[index])
+    return max(ends, default=0.0)
 
 
 def together(joins, alone, cores, cost):

@@ -20,6 +20,7 @@ from weakref import finalize
 
 _FEWEST_ROWS = 64   # below this a band is mostly overlap
 _LEAST_ROWS, MOST_PARTS = 30, 32    # see cut_parts
+SHORT = 0.5         # parts of a short stage for each thread, see cut_parts
 _TRIAL = 12         # frames at each place in a trial
 _REST = 48          # frames from a trial to the next, if times change in between
 _LONGEST_REST = 384     # frames from a trial to the next, if they do not
@@ -218,7 +219,7 @@ def _call(call):
 
 class _Call:
     """
-    A call of `run`: items that threads take in their order, so that what one needs is being done.
+    A call of `run`: each thread takes the first item that may begin, so that few wait.
 
     An exception may come at any line. So nothing is locked, and a thread that waits looks after
     each wake whether what it waits for is so; each change of that is one step.
@@ -230,18 +231,21 @@ class _Call:
         """Take what `ThreadPool.run` takes."""
         self._work, self._items, self._needs, self.errors = work, items, needs, []
         self.number = len(items)
-        self._rest, self._done, self._first = iter(range(self.number)), bytearray(self.number), 0
+        self._left, self._done, self._first = list(range(self.number)), bytearray(self.number), 0
         self._helping, self._waiting = set(), set()     # threads; a queue of each that waits
 
     def run(self):
         """Do items until none is left, or until an error ends the call."""
-        for index in self._rest:
-            self._wait(self._may_begin, index)
-            if self.errors:
-                break
+        while self._left and not self.errors:
+            index = self._take()
+            if index is None:
+                self._wait(lambda: self._may_begin() or not self._left or self.errors)
+                continue
+            if self._waiting and self._may_begin():
+                self._wake()
             self._work(self._items[index])
             self._done[index] = 1
-            self._wake()
+        self._wake()
 
     def assist(self):
         """Do the same in a helping thread; `run` of the pool raises its error."""
@@ -266,12 +270,12 @@ class _Call:
         self._helping.discard(get_ident())
         self._wake()
 
-    def _wait(self, is_met, *arguments):
-        if is_met(*arguments):
+    def _wait(self, is_met):
+        if is_met():
             return
         bell = SimpleQueue()
         self._waiting.add(bell)     # first: a change now either is seen or rings
-        while not is_met(*arguments):
+        while not is_met():
             bell.get()
         self._waiting.discard(bell)
 
@@ -279,12 +283,22 @@ class _Call:
         for bell in tuple(self._waiting):
             bell.put(None)
 
-    def _may_begin(self, index):
-        """Return whether what an item needs is done, or will not be done."""
-        if self._needs[index] > self._first:
-            first = self._done.find(0, self._first)
-            self._first = len(self._done) if first < 0 else first
-        return self._needs[index] <= self._first or bool(self.errors)
+    def _ready(self):
+        """Return an iterator over the items left whose needs are done."""
+        first = self._done.find(0, self._first)
+        self._first = first = self.number if first < 0 else first
+        return (index for index in tuple(self._left) if self._needs[index] <= first)
+
+    def _may_begin(self):
+        return next(self._ready(), None) is not None
+
+    def _take(self):
+        """Take the first item that may begin; return None where there is none."""
+        for index in self._ready():
+            with suppress(ValueError):      # another thread has taken it
+                self._left.remove(index)
+                return index
+        return None
 
 
 class _Helper(Thread):
@@ -333,10 +347,10 @@ def cut_parts(rows, threads, height=1, each=1):
 
     For stages whose result is the same however rows are cut. There are `each` for each of several
     threads: of a long stage two, so that others do the part of a thread that wakes late or runs
-    slowly; a short one costs as much by its calls. Each part has 30 rows or more, and there are
-    at most MOST_PARTS.
+    slowly; of a SHORT one half as many, since a thread wakes as slowly as that is done. Each part
+    has 30 rows or more, and there are at most MOST_PARTS.
     """
-    count = min(threads * each if threads > 1 else 1, rows // _LEAST_ROWS)
+    count = min(int(threads * each) if threads > 1 else 1, rows // _LEAST_ROWS)
     return _cut(rows, height, max(min(count, MOST_PARTS, -(-rows // height)), 1))
 
 

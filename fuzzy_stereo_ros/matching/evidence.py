@@ -41,8 +41,9 @@ class Evidence:
         """Decide of which blocks the pair shows something, once all are added up."""
         if not self._seen.size:     # of one row or column nothing is left at half size
             return
-        sums = np.moveaxis(cv2.boxFilter(
-            self._sums, -1, (3, 3), normalize=False, borderType=cv2.BORDER_CONSTANT), 2, 0)
+        around = cv2.boxFilter(
+            self._sums, -1, (3, 3), normalize=False, borderType=cv2.BORDER_CONSTANT)
+        sums = np.ascontiguousarray(np.moveaxis(around, 2, 0))
         totals, squares, products, pixels = sums[:2], sums[2:4], sums[4], sums[5]
         variances = (np.maximum(squares - totals * totals / pixels, 0) / pixels / GREY_LEVEL**2
                      + UNSEEN**2)

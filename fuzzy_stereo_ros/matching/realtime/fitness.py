@@ -8,6 +8,7 @@ chromosome decreases with the costs of its genes: matches of little possibility,
 (less at edges of grey), and labels that contradict the target image.
 """
 from fuzzy_stereo_ros.matching.arrays import zeros
+from fuzzy_stereo_ros.matching.bands import SHORT
 from fuzzy_stereo_ros.matching.crossover import Exchange
 from fuzzy_stereo_ros.matching.kernels.genetic import gene_cost
 from fuzzy_stereo_ros.matching.kernels.genetic.exchange import differing_cells
@@ -68,7 +69,7 @@ class CensusFitness:
             changes = exchange.changes(slice(*part[1:]))
             gene_cost.match_changes(*self._scene, first, second, *changes[:2])
             gene_cost.add_jump_changes(*self._possibility.penalties, first, second, changes)
-        pool.each(change, pool.parts(exchange.cells.size))
+        pool.each(change, pool.parts(exchange.cells.size, each=SHORT))
         cost = crossover(exchange, random)
         if cost >= 0:
             exchange.taken[:] = False

@@ -159,9 +159,11 @@ class RealtimeMatcher:
         chain.each(watch.lap, ['possibility'])
         found = self._plain_regions.find(chain)
         searched = self._half_size.search(chain, after=described)
-        self._plain_regions.split(chain, after=found)   # by threads that the search needs no more
         half = self._half_size.complete(chain, views.full.left.grey, views.noise, after=searched)
+        completed = self._plain_regions.split(chain, after=found)
         self._plain_regions.mutate(chain, half)
+        self._weak_regions.grow(
+            chain, views.half.left.luminance, self._half_size.weak, after=completed)
         chain.run()
         return half
 
@@ -177,7 +179,6 @@ class RealtimeMatcher:
         parent, prior = self._stages.previous_best(self._warm_start, self.pool, previous, half)
         chain.each(watch.lap, ['coarse'])
         selected = self._generation.select(chain, half, parent, prior)
-        self._weak_regions.grow(chain, self._views.half.left.luminance, self._half_size.weak)
         checked = refinement.check(chain, chosen, config, after=selected)
         filled = population.fill(chain, chosen.labels, validity)
         self._weak_regions.mutate(chain, chosen, validity, population.genes[0],

@@ -12,7 +12,7 @@ from bisect import bisect_left
 from itertools import pairwise
 
 from fuzzy_stereo_ros.matching.arrays import zeros
-from fuzzy_stereo_ros.matching.bands import MOST_PARTS
+from fuzzy_stereo_ros.matching.bands import MOST_PARTS, SHORT
 from fuzzy_stereo_ros.matching.kernels.planes import segments
 from fuzzy_stereo_ros.matching.kernels.refinement import filling
 import numpy as np
@@ -20,7 +20,6 @@ import numpy as np
 LIKENESS = 768, 6    # of half-size pixels, see find_runs
 LEAST_REGION = 60    # half-size pixels of a region
 MOST_POINTS = 200    # of a region, at most, that its plane is fitted to
-PARTS = 8            # of the regions, of as many points each, for threads
 
 
 class Population:
@@ -86,7 +85,7 @@ class GreyRegions:
         picture with a margin; weak: uint8 (r, c or more), where regions may lie; after: a stage of
         the chain
         """
-        bands = pool.parts(len(self.regions[1]))
+        bands = pool.parts(len(self.regions[1]), each=SHORT)
 
         def join(edges):
             segments.join_runs(luminance, self._likeness, self.regions, edges)
@@ -96,14 +95,14 @@ class GreyRegions:
         return pool.each(join, [np.array([first for _, first, _ in bands])])
 
 
-def parts_of_regions(starts):
+def parts_of_regions(starts, parts):
     """
-    Return PARTS parts of regions as (first, last), for threads, of about as many points each.
+    Return parts of regions as (first, last), for threads, of about as many points each.
 
-    starts: int32 (n + 1,), the first point of each region and the one behind all
+    starts: int32 (n + 1,), the first point of each region and the one behind all; parts: how many
     """
     starts = starts.tolist()
-    edges = [bisect_left(starts, starts[-1] * part / PARTS) for part in range(PARTS)]
+    edges = [bisect_left(starts, starts[-1] * part / parts) for part in range(parts)]
     return list(pairwise([*edges, len(starts) - 1]))
 
 
@@ -135,14 +134,14 @@ class WeakRegions:
         """The operators of a generation, as `evolve` takes them."""
         return {'planes': self}
 
-    def grow(self, chain, luminance, weak):
+    def grow(self, chain, luminance, weak, after):
         """
-        Grow the regions of a picture, at once.
+        Grow the regions of a picture.
 
         chain: a Chain; luminance: uint16, the half-size picture with a margin; weak: uint8 (r, c),
-        where texture is weak
+        where texture is weak; after: a stage of the chain
         """
-        self._regions.grow(chain, luminance, weak, after=0)
+        self._regions.grow(chain, luminance, weak, after)
 
     def mutate(self, chain, chosen, validity, parent, random, after):
         """
@@ -152,7 +151,7 @@ class WeakRegions:
         consistent; parent: (R, C) labels, the other genes; after: the stage that writes validity
         """
         matches, key = (chosen.labels, chosen.offsets, validity), random.key
-        regions, bands = self._regions.regions, chain.parts(len(validity))
+        regions, bands = self._regions.regions, chain.parts(len(validity), each=SHORT)
 
         def count(band):
             segments.count_matches(regions, validity, self._counts[band[0], :self._regions.number],
@@ -163,7 +162,7 @@ class WeakRegions:
             starts = self._starts[:number + 1]
             segments.place_points(MOST_POINTS, self._counts[:bands, :number],
                                   self._every[:number], self._places, starts)
-            self._parts = parts_of_regions(starts)
+            self._parts = parts_of_regions(starts, bands)
 
         def gather(band):
             index, first, last = band
@@ -183,8 +182,8 @@ class WeakRegions:
         chain.each(count, bands, after)
         chain.each(place, [len(bands)])
         chain.each(gather, bands)
-        chain.each(fit, range(PARTS))
-        chain.each(write, chain.parts(len(parent), 2))
+        chain.each(fit, range(len(bands)))
+        chain.each(write, chain.parts(len(parent), 2, SHORT))
 
 
 class NotMutated:

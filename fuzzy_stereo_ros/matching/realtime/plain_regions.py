@@ -19,7 +19,7 @@ from itertools import pairwise
 from typing import NamedTuple
 
 from fuzzy_stereo_ros.matching.arrays import zeros
-from fuzzy_stereo_ros.matching.bands import MOST_PARTS, widened
+from fuzzy_stereo_ros.matching.bands import MOST_PARTS, SHORT, widened
 from fuzzy_stereo_ros.matching.kernels.planes import (
     plain_regions as kernels, plain_texture)
 from fuzzy_stereo_ros.matching.kernels.simd import LANES
@@ -208,7 +208,7 @@ class PlainRegions:
     def find(self, pool):
         """Find the plain regions of the left view; pool: a Chain, whose mark is returned."""
         left = self._left
-        pool.each(lambda band: left.mark(*band[1:]), self._parts(pool))
+        pool.each(lambda band: left.mark(*band[1:]), self._parts(pool, SHORT))
         self._regions.grow(pool, left.half.luminance, left.plain.mask)
         return pool.each(self._list, [self._cells])
 
@@ -224,7 +224,7 @@ class PlainRegions:
             right.mark(*widened(band, plain_texture.MEAN_REACH, len(right.plain.mask)))
             for texture, existing in zip((self._left, right), self._existing):
                 texture.split(existing, band)
-        pool.each(partial(self._if_found, split), self._parts(pool), after)
+        return pool.each(partial(self._if_found, split), self._parts(pool), after)
 
     def mutate(self, pool, half):
         """
@@ -233,7 +233,7 @@ class PlainRegions:
         pool: a ThreadPool, or a Chain; half: the `SmallResult`, whose labels, prior of the full
         search and certainty are written
         """
-        left, right, bands = self._left, self._right, self._parts(pool)
+        left, right, bands = self._left, self._right, self._parts(pool, SHORT)
 
         def vote(band):
             for texture in (left, right):
@@ -264,10 +264,10 @@ class PlainRegions:
         if self._found is not None:
             work(item)
 
-    def _parts(self, pool):
+    def _parts(self, pool, each=1):
         """Return parts of half-size rows, of whole cells: as many as of full-size rows."""
         return [(index, first // 2, last // 2) for index, first, last in pool.parts(
-            self._left.view.rows, 2 * kernels.CELL_ROWS)]
+            self._left.view.rows, 2 * kernels.CELL_ROWS, each)]
 
     def _list(self, sides):
         """List the cells that the regions reach into; sides: rows and columns of cells."""
