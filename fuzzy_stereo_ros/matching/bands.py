@@ -190,9 +190,9 @@ class Chain:
         """
         Add a stage: work(item) is called for every item; return its mark, for later stages.
 
-        An item begins once all stages before are done; with `after`, the mark of one of them, once
-        that one is, and those before it (0: at once); with `reach`, where the stage just before
-        has the same bands, once that is done with the item's own band and so many below it.
+        An item may begin once all stages before are done; with `after`, the mark of one of them,
+        once that one is, and those before it (0: at once); with `reach`, where the stage just
+        before has the same bands, once that is done with the item's own band and so many below.
         """
         before, number = len(self._calls), len(items)
         if reach is None:

@@ -150,7 +150,7 @@ class RealtimeMatcher:
         """
         Describe the pair and search it at half size; return the `SmallResult`.
 
-        Plain regions have the planes that they vote for.
+        Plain regions have the planes that they vote for, and weak regions are grown.
         """
         views = self._views
         views.smooth(self.pool)
@@ -160,10 +160,10 @@ class RealtimeMatcher:
         found = self._plain_regions.find(chain)
         searched = self._half_size.search(chain, after=described)
         half = self._half_size.complete(chain, views.full.left.grey, views.noise, after=searched)
-        completed = self._plain_regions.split(chain, after=found)
+        split = self._plain_regions.split(chain, after=found)
         self._plain_regions.mutate(chain, half)
-        self._weak_regions.grow(
-            chain, views.half.left.luminance, self._half_size.weak, after=completed)
+        # while plain regions are judged
+        self._weak_regions.grow(chain, views.half.left.luminance, self._half_size.weak, split)
         chain.run()
         return half
 

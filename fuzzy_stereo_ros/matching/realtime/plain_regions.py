@@ -216,7 +216,8 @@ class PlainRegions:
         """
         Split the texture of both views into bands.
 
-        pool: a ThreadPool, or a Chain; after: the stage that finds the regions
+        pool: a ThreadPool, or a Chain, whose mark of this stage is returned; after: the stage that
+        finds the regions
         """
         right = self._right
 
