@@ -84,8 +84,7 @@ class RealtimeMatcher:
         self._half_size = HalfSize(self._views.small, rows, columns, config.disparities)
         self._warm_start = WarmStart(rows, columns, config.disparities, config.min_disparity)
         labels_type = self._generation.chosen.labels.dtype
-        self._refinement = Refinement(
-            full, labels_type, config.planes)
+        self._refinement = Refinement(full, labels_type, config.planes)
         self._evidence = Evidence(
             self._views.half.left, self._views.half.right, self._views.noises)
         self._fitness = CensusFitness(

@@ -8,9 +8,6 @@ plain walls, whose matches are ambiguous: a region of similar grey takes the pla
 of its consistent matches, as the segments of `quality` do (Bleyer and Gelautz, 2005). Crossover
 with the mutant takes the regions that are fitter.
 """
-from bisect import bisect_left
-from itertools import pairwise
-
 from fuzzy_stereo_ros.matching.arrays import zeros
 from fuzzy_stereo_ros.matching.bands import MOST_PARTS, SHORT
 from fuzzy_stereo_ros.matching.kernels.planes import segments
@@ -95,17 +92,6 @@ class GreyRegions:
         return pool.each(join, [np.array([first for _, first, _ in bands])])
 
 
-def parts_of_regions(starts, parts):
-    """
-    Return parts of regions as (first, last), for threads, of about as many points each.
-
-    starts: int32 (n + 1,), the first point of each region and the one behind all; parts: how many
-    """
-    starts = starts.tolist()
-    edges = [bisect_left(starts, starts[-1] * part / parts) for part in range(parts)]
-    return list(pairwise([*edges, len(starts) - 1]))
-
-
 class WeakRegions:
     """
     The mutation by planes of plain regions, of one image size: an operator of `evolve`.
@@ -150,7 +136,7 @@ class WeakRegions:
         chain: a Chain; chosen: the `SearchResult`; validity: uint8 (R, C), which of its labels are
         consistent; parent: (R, C) labels, the other genes; after: the stage that writes validity
         """
-        matches, key = (chosen.labels, chosen.offsets, validity), random.key
+        matches = chosen.labels, chosen.offsets, validity
         regions, bands = self._regions.regions, chain.parts(len(validity), each=SHORT)
 
         def count(band):
@@ -159,19 +145,18 @@ class WeakRegions:
 
         def place(bands):
             number = self._regions.number
-            starts = self._starts[:number + 1]
-            segments.place_points(MOST_POINTS, self._counts[:bands, :number],
-                                  self._every[:number], self._places, starts)
-            self._parts = parts_of_regions(starts, bands)
+            segments.place_points(
+                MOST_POINTS, self._counts[:bands, :number], self._every[:number], self._places,
+                self._starts[:number + 1])
 
         def gather(band):
             index, first, last = band
             segments.gather_points(regions, self._every, self._counts[index], self._places[index],
                                    matches, self._points, first // 2, last // 2)
 
-        def fit(part):
-            segments.fit_planes(
-                self._points, self._starts, key, self._planes, *self._parts[part])
+        def fit(key):
+            starts = self._starts[:self._regions.number + 1]
+            segments.fit_planes(self._points, starts, key, self._planes)
 
         def write(band):
             _, first, last = band
@@ -182,7 +167,7 @@ class WeakRegions:
         chain.each(count, bands, after)
         chain.each(place, [len(bands)])
         chain.each(gather, bands)
-        chain.each(fit, range(len(bands)))
+        chain.each(fit, [random.key])
         chain.each(write, chain.parts(len(parent), 2, SHORT))
 
 

@@ -20,8 +20,7 @@ from typing import NamedTuple
 
 from fuzzy_stereo_ros.matching.arrays import zeros
 from fuzzy_stereo_ros.matching.bands import MOST_PARTS, SHORT, widened
-from fuzzy_stereo_ros.matching.kernels.planes import (
-    plain_regions as kernels, plain_texture)
+from fuzzy_stereo_ros.matching.kernels.planes import plain_regions as kernels, plain_texture
 from fuzzy_stereo_ros.matching.kernels.simd import LANES
 from fuzzy_stereo_ros.matching.realtime.half_size import SURE
 from fuzzy_stereo_ros.matching.realtime.operators import GreyRegions

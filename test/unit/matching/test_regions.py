@@ -248,7 +248,7 @@ def test_a_plane_is_found_if_two_thirds_of_enough_points_that_are_not_in_a_line_
     d = plane @ (x, y, np.ones(number)) + draw.uniform(-0.05, 0.05, number)
     d[round(share * number):] += draw.choice([-9, -5, 6, 12], number - round(share * number))
     points, found = np.array([x, y, d], np.float32), np.zeros((1, 3), np.float32)
-    segments.fit_planes(points, np.array([0, number], np.int32), np.uint64(5), found, 0, 1)
+    segments.fit_planes(points, np.array([0, number], np.int32), np.uint64(5), found)
     if share < 0.6 or number < 150 or in_a_line:
         assert np.isnan(found).all()
     else:

@@ -269,15 +269,15 @@ def gather_points(regions, every, waited, places, matches, points, first, last):
 
 
 @kernel
-def fit_planes(points, starts, key, planes, begin, end):
+def fit_planes(points, starts, key, planes):
     """
-    Fit a plane to the regions begin .. end: the best of random ones, then least squares.
+    Fit a plane to each region: the best of random ones, then least squares.
 
     points, starts: of gather_points and place_points; planes: float32 (regions, 3), of half-size x
     and y and full disparity, NaN for none
     """
     limit, none = np.float32(1.5) * AGREEMENT, np.float32(np.nan)
-    for region in range(begin, end):
+    for region in range(starts.size - 1):
         first, last = starts[region], starts[region + 1]
         planes[region] = np.nan
         if last - first < LEAST_POINTS:
