@@ -21,9 +21,9 @@ sys.path.append(str(ROOT))      # bench/, which is not installed, after what is
 SLOW_FOLDERS = 'fuzz', 'process', 'ros'
 # `make fuzz` takes it: so many times the examples of each fuzz test, and what takes minutes.
 settings.register_profile('fuzz', max_examples=USUAL * int(os.environ.get('FUZZ_TIMES', 100)),
-                          print_blob=True, deadline=None)
+                          print_blob=True)
 # Without it the same examples are drawn each time: where it turns red, the change did it. The
-# first example of a kernel may compile it, in half a minute: a hang ends at pytest's timeout.
+# first example of a kernel may compile it.
 settings.register_profile('same', derandomize=True, deadline=None)
 settings.load_profile('same')
 

@@ -9,7 +9,7 @@ from fuzzed import examples
 from fuzzy_stereo_ros.matching import MatcherConfig, PROFILES, StereoMatcher
 from fuzzy_stereo_ros.matching.matcher import MOST_PIXELS, MOST_SIDE
 from fuzzy_stereo_ros.parameters.table import ROS_PARAMETERS
-from hypothesis import given, strategies as st
+from hypothesis import given, settings, strategies as st
 from hypothesis.extra import numpy as arrays
 import numpy as np
 import pytest
@@ -90,7 +90,7 @@ def assert_sound(match, shape, config):
     assert len(match.history) == match.generations <= config.generations
 
 
-@examples(120)
+@settings(examples(120), deadline=None)     # some compile a kernel
 @given(configs(), KINDS, SHAPES, STEPS, st.sampled_from([noise, edges]), st.booleans(),
        st.data())
 def test_arrays_of_any_kind_are_matched_or_rejected(
@@ -197,7 +197,7 @@ LEVELS = st.sampled_from([(0, 255), (0, 1023), (0, 4095), (0, FULL), (FULL - 409
 
 
 @pytest.mark.parametrize('profile', ['realtime', 'quality'])
-@examples(40)
+@settings(examples(40), deadline=None)     # some compile a kernel
 @given(disparities=COUNTS, least=st.sampled_from([0, -2048, 2048]) | st.integers(-400, 300),
        place=st.sampled_from([0, -1]), levels=LEVELS, seed=st.integers(0, 99))
 def test_the_first_and_the_last_disparity_of_any_range_are_found_in_any_grey_levels(

@@ -16,7 +16,7 @@ from fuzzy_stereo_ros.replay import segments, sinks as replay_sinks
 from fuzzy_stereo_ros.replay.options import SEGMENT_PAIRS, WARM_PAIRS
 from fuzzy_stereo_ros.replay.report import ProgressBar
 from fuzzy_stereo_ros.replay.sinks import BagSink, Outputs
-from hypothesis import given, strategies as st
+from hypothesis import given, settings, strategies as st
 from made_bags import (
     BEGIN, content, disparities, scene, stamps, STEP, TOPICS, write_bag, write_torn_bag)
 import pytest
@@ -108,7 +108,7 @@ def test_whatever_ends_a_replay_what_was_matched_is_a_bag_and_continues_to_what_
             interrupted(pairs, number, 128 + number, bag=name, options=options)
         return capsys.readouterr().err
 
-    @examples(2 if others else 4)
+    @settings(examples(2 if others else 4), deadline=None)
     @given(st.sampled_from(FORMATS), st.sampled_from([*times]), st.integers(2, len(every) - 1),
            st.sampled_from([[], ['--files', 'npy']]))
     def ends(storage, name, pairs, files):

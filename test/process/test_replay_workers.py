@@ -11,7 +11,7 @@ from fuzzed import examples
 from fuzzy_stereo_ros.pairs.image_files import write_image
 from fuzzy_stereo_ros.replay import segments
 from fuzzy_stereo_ros.replay.options import SEGMENT_PAIRS, WARM_PAIRS
-from hypothesis import given, strategies as st
+from hypothesis import given, settings, strategies as st
 from made_bags import (
     BEGIN, content, DISPARITIES, disparities, scene, stamps, STEP, TOPICS, write_bag)
 import numpy as np
@@ -98,7 +98,7 @@ def test_the_frames_of_folders_are_matched_in_segments_too_of_any_profile(folder
     assert_same(sent(folder / 'out'), expected)
 
 
-@examples(3)
+@settings(examples(3), deadline=None)
 @given(start=st.integers(0, 3), every=st.integers(1, 3), back=st.integers(8, PAIRS - 1),
        bad=st.sets(st.integers(0, PAIRS - 1), min_size=1, max_size=8))
 def test_bad_pairs_jumps_back_copies_and_selected_pairs_are_as_without_workers(

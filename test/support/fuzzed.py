@@ -1,17 +1,20 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """How many examples a fuzz test tries, bytes that were damaged, and places of values."""
+from datetime import timedelta
 from functools import partial
 
 from hypothesis import HealthCheck, settings, strategies as st
 
 USUAL = 100     # examples of the usual profile of hypothesis
+# Longer is a hang: nothing that these tests call works for a second on a quiet machine.
+LONGEST = timedelta(seconds=20)
 
 
 def examples(number):
     """Return settings with a number of examples, multiplied by the profile of `make fuzz`."""
     return settings(max_examples=number * settings.default.max_examples // USUAL,
-                    suppress_health_check=[
+                    deadline=LONGEST, suppress_health_check=[
                         HealthCheck.too_slow, HealthCheck.function_scoped_fixture,
                         HealthCheck.data_too_large, HealthCheck.large_base_example])
 
