@@ -28,6 +28,8 @@ NEWEST = 3          # measured pairs that together show a knock
 KNOCK = 0.5         # px by which these significantly differ from those before them
 LONGEST_PAUSE = 512     # pairs between two searches for features where these are few
 BLOCK_SIDE, UNIQUE = 7, 10  # block matching that confirms features: px of a side, % of margin
+# rows of a strip, of which every third is matched, at the least, and pixels that are enough
+STRIP, EVERY, ENOUGH = 16, 3, 25_000
 HIDDEN = 1.5        # px beyond the right image from which a row is not matched
 LOWER = 0.85        # share of the usual confidence, below which rows may have changed
 FEWER = 0.99        # least share of the matches with the new rows, relative to the old ones
@@ -189,10 +191,10 @@ class RowAlignment:
         matcher.setMinDisparity(self._lowest // 2)
         matcher.setUniquenessRatio(UNIQUE)
         matcher.setDisp12MaxDiff(1)
-        left, lowest = reduced(images[0], 2), 16 * (self._lowest // 2)
-        fewer, more = (np.count_nonzero(matcher.compute(left, reduced(
+        left, lowest = _strips(reduced(images[0], 2)), 16 * (self._lowest // 2)
+        fewer, more = (np.count_nonzero(matcher.compute(left, _strips(reduced(
             normalised(self._shifted(pool, right, terms)) if terms.any() else images[1],
-            2)) >= lowest) for terms in (undone, measured.terms))
+            2))) >= lowest) for terms in (undone, measured.terms))
         return more >= FEWER * fewer
 
     def _shifted(self, pool, image, terms):
@@ -230,6 +232,12 @@ class RowAlignment:
         first = np.count_nonzero(read < -HIDDEN, axis=0)
         last = height - 1 - np.count_nonzero(read > height - 1 + HIDDEN, axis=0)
         return index, np.clip(index[:, None], first, last)
+
+
+def _strips(image):
+    """Return strips of rows of an image, one below the other: a share that is enough to count."""
+    every = min(max(image.size // ENOUGH, 1), EVERY)
+    return image[np.arange(len(image)) // STRIP % every == every // 2]
 
 
 def rig_of(image, camera, reference='left'):

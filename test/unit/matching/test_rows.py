@@ -2,10 +2,13 @@
 # SPDX-License-Identifier: Apache-2.0
 """By how much the rows of a pair differ is found and told; it is undone, held, and forgotten."""
 from dataclasses import replace
+from unittest import mock
 
 from bench.conditions import misaligned
 import cv2
-from fuzzy_stereo_ros.matching import MatcherConfig, row_offsets, StereoMatcher
+from fuzzy_stereo_ros.matching import (
+    MatcherConfig, row_alignment, row_offsets, StereoMatcher)
+from fuzzy_stereo_ros.matching.bands import ThreadPool
 from fuzzy_stereo_ros.matching.kernels.possibility.row_alignment import (
     nearest_features, shift_rows)
 from fuzzy_stereo_ros.matching.match import Camera
@@ -237,6 +240,21 @@ def test_features_are_matched_as_by_the_brute_force_matcher_of_opencv(seed, numb
     found = cv2.BFMatcher(cv2.NORM_HAMMING).match(bits, other_bits, allowed.astype(np.uint8))
     assert {one: (nearest[one], distances[one]) for one in np.flatnonzero(nearest >= 0)} == {
         one.queryIdx: (one.trainIdx, one.distance) for one in found}
+
+
+@settings(max_examples=16)
+@given(rows=st.integers(100, 480), columns=st.integers(160, 640), misled=st.booleans(),
+       tilt=st.one_of(st.floats(-6, -0.8), st.floats(0.8, 6)), seed=st.integers(0, 9))
+def test_what_features_tell_is_undone_where_rows_match_better_and_not_where_they_match_worse(
+        rows, columns, misled, tilt, seed):
+    left, right = make_pair(rows, columns, 32, seed=seed)[:2]
+    random = np.random.default_rng(seed)
+    points = np.column_stack([*(random.uniform(0, side, 200) for side in (columns, rows)),
+                              random.normal(tilt, 0.05, 200)])
+    with mock.patch.object(row_alignment, 'feature_offsets', lambda *_: points):
+        _, found = RowAlignment(MatcherConfig(disparities=32)).align(
+            ThreadPool(1), Rows(), left, right if misled else misaligned(right, tilt=tilt), ())
+    assert found.undone.any() != misled
 
 
 @pytest.mark.parametrize('profile, terms', [
