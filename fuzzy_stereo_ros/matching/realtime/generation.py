@@ -15,10 +15,9 @@ from fuzzy_stereo_ros.matching.bands import MOST_PARTS
 from fuzzy_stereo_ros.matching.kernels.addresses import address_of
 from fuzzy_stereo_ros.matching.kernels.possibility.costs import Prior
 from fuzzy_stereo_ros.matching.kernels.scanlines import selection
-from fuzzy_stereo_ros.matching.kernels.scanlines.selection import (
-    Found, PITCH, Scratch, SearchResult)
+from fuzzy_stereo_ros.matching.kernels.scanlines.selection import Found, Scratch, SearchResult
 from fuzzy_stereo_ros.matching.kernels.scanlines.tile_genes import (
-    list_genes, MOST_GENES, Parent, SIDE, Tiles)
+    list_genes, MOST_GENES, Parent, SIDE, stride_of, Tiles)
 from fuzzy_stereo_ros.matching.kernels.temporal.change_detection import TILE
 import numpy as np
 
@@ -83,13 +82,13 @@ class Selection:
 
     def _place(self, half=None, previous=None):
         """Have memory for the genes counted; half, previous: the priors, see `Found`."""
-        np.cumsum(self.counts, out=self._places[1:])
-        counts = self.counts.reshape(self._tiles)
-        of_line = counts.sum(axis=1).max()
-        if self._squares.shape[1] < counts.sum() * PITCH:
-            self._squares = zeros((2, _with_spare(counts.sum()) * PITCH), np.uint8)
-        if self._lines.shape[2] < of_line * PITCH:
-            self._lines = zeros((MOST_PARTS, 2, _with_spare(of_line) * PITCH), np.uint8)
+        sizes = SIDE * stride_of(self.counts)
+        np.cumsum(sizes, out=self._places[1:])
+        of_line = sizes.reshape(self._tiles).sum(axis=1).max()
+        if self._squares.shape[1] < self._places[-1]:
+            self._squares = zeros((2, _with_spare(self._places[-1])), np.uint8)
+        if self._lines.shape[2] < of_line:
+            self._lines = zeros((MOST_PARTS, 2, _with_spare(of_line)), np.uint8)
             self._scratch = [tuple(Scratch(*own, *map(address_of, lines)))
                              for own, lines in zip(self._own, self._lines)]
         possibility, chosen = self._possibility, self.chosen
@@ -195,9 +194,9 @@ class InheritedGenes(Selection):
             half.chosen.labels, cell=2, scale=2, grow=self._grow)
 
 
-def _with_spare(genes):
-    """Return for how many genes memory is made where so many are needed."""
-    return int(genes + genes // SPARE)
+def _with_spare(size):
+    """Return how many bytes of memory are made where so many are needed."""
+    return int(size + size // SPARE)
 
 
 def _tiles_of(part):

@@ -8,8 +8,8 @@ L(p, d) = C(p, d) + min(L(q, d), L(q, d - 1) + P1, L(q, d + 1) + P1, min L(q) + 
 in saturating uint8, q being the pixel before p, among the genes d of a tile. In another tile it
 goes on in the genes that both have, and by a jump in others. Vectors hold cells, not labels:
 of a row of a tile for vertical paths, from its last column to the left, since the target pixels
-that a gene points at lie side by side then; of a column for horizontal paths. In memory a gene of
-a tile has a square of 32 x 32 bytes, the vectors of the rows one behind the other.
+that a gene points at lie side by side then; of a column for horizontal paths. In memory the
+vectors of the genes of such a line lie one behind the other, and so do the lines of a tile.
 """
 from typing import NamedTuple
 
@@ -18,8 +18,9 @@ from fuzzy_stereo_ros.matching.kernels.addresses import (
 from fuzzy_stereo_ros.matching.kernels.compiled import called, inlined, kernel
 from fuzzy_stereo_ros.matching.kernels.possibility.costs import Features
 from fuzzy_stereo_ros.matching.kernels.scanlines.tile_costs import fill_costs, pixels_of
-from fuzzy_stereo_ros.matching.kernels.scanlines.tile_genes import seen_size, SIDE, Tiles
-from fuzzy_stereo_ros.matching.kernels.scanlines.transpose import PITCH, SQUARE, transpose
+from fuzzy_stereo_ros.matching.kernels.scanlines.tile_genes import (
+    seen_size, SIDE, stride_of, Tiles)
+from fuzzy_stereo_ros.matching.kernels.scanlines.transpose import SQUARE, transpose
 from fuzzy_stereo_ros.matching.kernels.scanlines.winner_takes_all import (
     choose_of_target, fitted_offsets)
 from fuzzy_stereo_ros.matching.kernels.simd import (
@@ -59,7 +60,7 @@ class Found(NamedTuple):
     half_weights: int
     previous_labels: int
     previous_weights: int
-    costs: int               # PITCH bytes a gene, see Tiles.places
+    costs: int               # see Tiles.places
     sums: int
     labels: int              # see SearchResult
     offsets: int
@@ -77,7 +78,7 @@ class Scratch(NamedTuple):
     spare: int               # two vectors
     offers: int              # what the target's pixels are offered, and of which label
     jumps: int               # P2 along the rows of a row of tiles, by columns
-    line_costs: int          # PITCH bytes for each gene of a row of tiles
+    line_costs: int          # of a row of tiles
     line_sums: int
 
 
@@ -172,9 +173,9 @@ def _move(count, scratch, jump, least, costs, sums, begins):
     step, smallest = full, full
     for index in range(count):
         path, after, next_step = _moved_on(index, scratch, before, here, step, jump, least,
-                                           load_like(jump, costs, index * PITCH))
-        store(sums, index * PITCH, path if begins else saturating_add(
-            path, load_like(jump, sums, index * PITCH)))
+                                           load_like(jump, costs, index * LANES))
+        store(sums, index * LANES, path if begins else saturating_add(
+            path, load_like(jump, sums, index * LANES)))
         smallest = minimum(smallest, path)
         before, here, step = here, after, next_step
     return smallest
@@ -188,12 +189,13 @@ def _move_across(tiles, tile, width, scratch, jump, least, place, leftwards):
     place: of the costs and sums of the tile
     """
     count, jumps = load_long(tiles.counts, tile), scratch.jumps + tile % tiles.columns * SQUARE
+    stride = stride_of(count)
     for near in range(width):
         column = near if leftwards else width - 1 - near
         here = load_like(jump, jumps, column * LANES)
         least = _move(count, scratch, jump if leftwards else here, least,
-                      scratch.line_costs + place + column * LANES,
-                      scratch.line_sums + place + column * LANES, not leftwards)
+                      scratch.line_costs + place + column * stride,
+                      scratch.line_sums + place + column * stride, not leftwards)
         jump = here
     return jump, least
 
@@ -214,16 +216,16 @@ def sum_across(features, found, tiles, scratch, first, last):
         for column in range(tiles.columns):
             tile, end = tile_row * tiles.columns + column, min((column + 1) * SIDE, columns)
             count, place = load_long(tiles.counts, tile), load_long(tiles.places, tile)
-            costs, place = found.costs + place * PITCH, (place - before) * PITCH
+            costs, place, stride = found.costs + place, place - before, stride_of(count)
             fill_costs(features, found, tiles.genes + 2 * tiles.stride * tile, count, top, below,
                        end, costs, scratch.spare)
             jumps = scratch.jumps + column * SQUARE
             for row in range(top, below):
                 store(jumps, (row - top) * LANES, pixels_of(
                     kind, found.across, 1, row * columns, end, scratch.spare))
-            transpose(jumps, jumps)
-            for square in range(0, count * PITCH, PITCH):
-                transpose(costs + square, scratch.line_costs + place + square)
+            transpose(jumps, jumps, LANES)
+            for square in range(0, count * LANES, LANES):
+                transpose(costs + square, scratch.line_costs + place + square, stride)
             least = (_begin(found, tiles, tile, scratch) if column == 0 else
                      _carry(found, tiles, tile - 1, tile, least, scratch))
             _, least = _move_across(tiles, tile, end - column * SIDE, scratch, kind, least, place,
@@ -234,12 +236,11 @@ def sum_across(features, found, tiles, scratch, first, last):
             count, place = load_long(tiles.counts, tile), load_long(tiles.places, tile)
             least = (_begin(found, tiles, tile, scratch) if column == tiles.columns - 1 else
                      _carry(found, tiles, tile + 1, tile, least, scratch))
-            here = (place - before) * PITCH
+            here, stride = place - before, stride_of(count)
             jump, least = _move_across(tiles, tile, end - column * SIDE, scratch, jump, least,
                                        here, True)
-            for index in range(count):
-                transpose(scratch.line_sums + here + index * PITCH,
-                          found.sums + (place + index) * PITCH)
+            for square in range(0, count * LANES, LANES):
+                transpose(scratch.line_sums + here + square, found.sums + place + square, stride)
 
 
 @inlined
@@ -260,9 +261,9 @@ def _select(genes, count, scratch, jump, least, costs, sums):
     low, high = splat_like(jump, first), splat_like(jump, first >> 8)
     for index in range(count):
         path, after, next_step = _moved_on(index, scratch, before, here, step, jump, least,
-                                           load_like(jump, costs, index * PITCH))
+                                           load_like(jump, costs, index * LANES))
         smallest = minimum(smallest, path)
-        total = saturating_add(path, load_like(jump, sums, index * PITCH))
+        total = saturating_add(path, load_like(jump, sums, index * LANES))
         better, linked = less(total, best), less(step, full)
         after_best = bit_and(took, linked)
         elsewhere = choose(better, choose(linked, former, best),
@@ -322,9 +323,9 @@ def select_down(features, found, tiles, scratch, first, last):
             tile = tile_row * tiles.columns + column
             least = (_begin(found, tiles, tile, scratch) if tile_row == 0 else
                      _carry(found, tiles, tile - tiles.columns, tile, least, scratch))
-            count, place = load_long(tiles.counts, tile), load_long(tiles.places, tile) * PITCH
+            count, place = load_long(tiles.counts, tile), load_long(tiles.places, tile)
             for row in range(tile_row * SIDE, min((tile_row + 1) * SIDE, found.rows)):
-                at = place + row % SIDE * LANES
+                at = place + row % SIDE * stride_of(count)
                 jump = pixels_of(kind, found.down, 1, row * columns, end, scratch.spare)
                 least = _move(count, scratch, jump, least, found.costs + at, found.sums + at,
                               False)
@@ -333,10 +334,10 @@ def select_down(features, found, tiles, scratch, first, last):
             tile = tile_row * tiles.columns + column
             least = (_begin(found, tiles, tile, scratch) if tile_row == tiles.rows - 1 else
                      _carry(found, tiles, tile + tiles.columns, tile, least, scratch))
-            count, place = load_long(tiles.counts, tile), load_long(tiles.places, tile) * PITCH
+            count, place = load_long(tiles.counts, tile), load_long(tiles.places, tile)
             genes = tiles.genes + 2 * tiles.stride * tile
             for row in range(min((tile_row + 1) * SIDE, found.rows) - 1, tile_row * SIDE - 1, -1):
-                at = place + row % SIDE * LANES
+                at = place + row % SIDE * stride_of(count)
                 least, low, high, best, below, above, elsewhere = _select(
                     genes, count, scratch, jump, least, found.costs + at, found.sums + at)
                 out, width, spare = row * columns, end - begin, scratch.spare

@@ -4,7 +4,7 @@
 from fuzzy_stereo_ros.matching.kernels.addresses import load_byte, load_short, store_byte
 from fuzzy_stereo_ros.matching.kernels.compiled import called, inlined
 from fuzzy_stereo_ros.matching.kernels.possibility.costs import cuts_of, DEAD_ZONE, raw_costs
-from fuzzy_stereo_ros.matching.kernels.scanlines.transpose import PITCH
+from fuzzy_stereo_ros.matching.kernels.scanlines.tile_genes import stride_of
 from fuzzy_stereo_ros.matching.kernels.simd import (
     add, bit_and, equal_bits, label_above, label_below, LANES, load_like, minimum, narrow,
     reversed_lanes, saturating_subtract, shift_right, splat, splat_like, store, subtract, widen)
@@ -62,12 +62,12 @@ def _sum_across(kind, line):
 
 
 @inlined
-def _sum_boxes(kind, costs, rows, places):
+def _sum_boxes(kind, costs, stride, rows, places):
     """Write the sums of 3 x 3 cells / 2**places over the costs of a gene; borders repeat."""
     above = here = _sum_across(kind, costs)
     for row in range(rows):
-        below = _sum_across(kind, costs + (row + 1) * LANES) if row + 1 < rows else here
-        store(costs, row * LANES, shift_right(add(above, add(here, below)), places))
+        below = _sum_across(kind, costs + (row + 1) * stride) if row + 1 < rows else here
+        store(costs, row * stride, shift_right(add(above, add(here, below)), places))
         above, here = here, below
 
 
@@ -77,6 +77,7 @@ def fill_costs(features, found, genes, count, top, below, end, costs, spare):
     kind = splat(np.uint8(0))
     cuts, stride = cuts_of(features, kind), features.census_stride
     pointed, target_stride = features.columns - end, features.target_stride
+    line = stride_of(count)
     for row in range(top, below):
         code = (pixels_of(kind, features.census, 1, 3 * row * stride, end, spare),
                 pixels_of(kind, features.census, 1, (3 * row + 1) * stride, end, spare),
@@ -97,7 +98,7 @@ def fill_costs(features, found, genes, count, top, below, end, costs, spare):
                 cost = add(cost, _prior_costs(splat_like(kind, label), half))
             if of_previous:
                 cost = add(cost, _prior_costs(splat_like(kind, label), previous))
-            store(costs, index * PITCH + (row - top) * LANES, cost)
+            store(costs, (row - top) * line + index * LANES, cost)
     if found.box:
-        for gene in range(costs, costs + count * PITCH, PITCH):
-            _sum_boxes(kind, gene, below - top, found.box)
+        for gene in range(costs, costs + count * LANES, LANES):
+            _sum_boxes(kind, gene, line, below - top, found.box)

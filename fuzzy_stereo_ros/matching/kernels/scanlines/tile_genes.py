@@ -52,7 +52,17 @@ class Tiles(NamedTuple):
     genes: int               # uint16 (tiles, MOST_GENES), labels, ascending
     origins: int             # uint8, alike, MUTATED, HALF_SIZE or PREVIOUS; 0: nobody asks
     counts: int              # int64 (tiles,)
-    places: int              # int64 (tiles + 1,), how many genes the tiles before have
+    places: int              # int64 (tiles + 1,), bytes of the tiles before, see stride_of
+
+
+@inlined
+def stride_of(count):
+    """
+    Return the bytes from a line of a tile with so many genes to the next.
+
+    An odd number of vectors, as lines that are a power of two apart evict each other.
+    """
+    return (count | 1) * LANES
 
 
 @called
