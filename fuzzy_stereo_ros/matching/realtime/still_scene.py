@@ -47,15 +47,15 @@ def reused_result(previous, views, config):
     return result._replace(since_search=result.since_search + 1)
 
 
-def new_result(previous, views, match):
+def new_result(previous, views, config, match):
     """
     Return the `StillResult` of a frame that was searched; match: its `Match`.
 
-    previous, views: as above; in a first frame all tiles count as changed
+    previous, views, config: as above; in a first frame all tiles count as changed
     """
     moves = previous is None or _moves(views, match.disparity.shape)
     still = 0 if moves else previous.own.result.still + 1
-    side = slice(None if still >= SETTLED else 0)
+    side = slice(None if still >= SETTLED and config.still_interval > 1 else 0)
     return StillResult(
         still, 0, match.disparity[side, side].copy(), match.confidence[side, side].copy())
 

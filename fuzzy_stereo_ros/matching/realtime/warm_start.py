@@ -277,7 +277,7 @@ class WarmStart:
         """
         (labels, validity), self._kept = self._kept, None
         cells, *seen = self._seen(pool, before, refinement.fine_labels)
-        result = new_result(before, self._averaging.tiles, match)
+        result = new_result(before, self._averaging.tiles, config, match)
         return FrameState(
             *self._averaging.kept, NO_COLOURS, self._moving.state(cells, validity),
             RealtimeState(labels, validity, *seen, *result), views.left_shift, None, 0, config)
