@@ -12,7 +12,7 @@ from fuzzy_stereo_ros.matching.kernels.addresses import next_byte
 from fuzzy_stereo_ros.matching.kernels.compiled import called, inlined, kernel
 from fuzzy_stereo_ros.matching.kernels.rows import copy_row, pad_row
 from fuzzy_stereo_ros.matching.kernels.simd import (
-    absolute_difference, add, at_most, bit_or, choose, equal_bits, LANES, less, load, maximum,
+    absolute_difference, at_most, bit_and, bit_or, choose, equal_bits, LANES, less, load, maximum,
     minimum, shift_right, splat_like, store, subtract)
 from fuzzy_stereo_ros.matching.kernels.units import INVALID
 import numpy as np
@@ -69,8 +69,12 @@ def pad_map(values, columns, padded, first, last):
 
 
 @called
-def _median(labels, count, span, bits):
-    """Return the median of the `count` least of all neighbours, at most `span`, bit by bit."""
+def _median(drops, count, span, bits):
+    """
+    Return the median drop of `count` neighbours, bit by bit.
+
+    drops: by how much each is below the largest label, at most `span`; 0 where it does not count
+    """
     half = shift_right(count, 1)
     zero = splat_like(count, 0)
     result = zero
@@ -79,10 +83,10 @@ def _median(labels, count, span, bits):
         if equal_bits(less(span, bit), zero) == 0:
             continue
         candidate = bit_or(result, bit)
-        smaller = zero
+        reaching = zero
         for neighbour in range(MEDIAN_NEIGHBOURS):
-            smaller = subtract(smaller, less(load(labels, LANES * neighbour), candidate))
-        result = choose(at_most(smaller, half), candidate, result)
+            reaching = subtract(reaching, at_most(candidate, load(drops, LANES * neighbour)))
+        result = choose(less(half, reaching), candidate, result)
     return result
 
 
@@ -126,15 +130,15 @@ def membership_median(padded, reach, bits, columns, out, first, last):
                 store(target, row * out_stride + column, here)
                 continue
             centre_grey, alike = load(grey, centre), splat_like(here, reach)
-            count, neighbour = splat_like(here, MEDIAN_NEIGHBOURS), 0
+            count, neighbour = splat_like(here, 0), 0
             for down in range(-MEDIAN_RADIUS, MEDIAN_RADIUS + 1):
                 for right in range(-MEDIAN_RADIUS, MEDIAN_RADIUS + 1):
                     place = centre + down * stride + right
-                    unlike = less(alike, absolute_difference(load(grey, place), centre_grey))
-                    count = add(count, unlike)
+                    like = at_most(absolute_difference(load(grey, place), centre_grey), alike)
+                    count = subtract(count, like)
                     store(neighbours, LANES * neighbour,
-                          bit_or(subtract(load(source, place), low), unlike))
+                          bit_and(subtract(high, load(source, place)), like))
                     neighbour += 1
             store(target, row * out_stride + column,
-                  choose(jump, add(low, _median(
+                  choose(jump, subtract(high, _median(
                       neighbours, count, subtract(high, low), bits)), here))
