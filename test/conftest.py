@@ -6,10 +6,13 @@ import gc
 import os
 from pathlib import Path
 import resource
+import shutil
 import signal
 import sys
 
 from fuzzed import USUAL
+from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher, WARM_UP_SIZE
+from fuzzy_stereo_ros.matching.kernels import compiled
 from fuzzy_stereo_ros.matching.realtime import matcher
 from hypothesis import settings
 from node_process import NodeProcess, own_domain, ros_environment
@@ -70,6 +73,15 @@ def folder(tmp_path, monkeypatch):
     """Work in an empty folder."""
     monkeypatch.chdir(tmp_path)
     return tmp_path
+
+
+@pytest.fixture
+def lacking_kernels(tmp_path, monkeypatch):
+    """Set a cache of kernels without the genetic ones of `paper`, as after a first start's end."""
+    StereoMatcher(MatcherConfig.from_profile('paper')).warm_up(*WARM_UP_SIZE)
+    monkeypatch.setenv('NUMBA_CACHE_DIR', str(tmp_path))
+    return shutil.copytree(compiled.FOLDER, tmp_path / compiled.NAME / compiled.FOLDER.name,
+                           ignore=shutil.ignore_patterns('*.genetic.*'))
 
 
 @pytest.fixture

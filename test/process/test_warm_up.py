@@ -9,8 +9,8 @@ import subprocess
 import sys
 
 from fuzzy_stereo_ros.commands.command_line import main
-from fuzzy_stereo_ros.matching import MatcherConfig
-from fuzzy_stereo_ros.matching.compiling import compile_kernels, on_all_cores, record_calls
+from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
+from fuzzy_stereo_ros.matching.compiling import compile_kernels, on_all_cores
 from fuzzy_stereo_ros.matching.kernels import compiled
 from fuzzy_stereo_ros.progress import COMPILING
 from mounted import mounting
@@ -19,6 +19,7 @@ import psutil
 import pytest
 
 CODE = compiled.SOURCES / '__pycache__'
+CORES = len(os.sched_getaffinity(0))
 MATCH = """
 import sys
 from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
@@ -31,15 +32,11 @@ def compiled():
     return {(one.py_func.__name__, str(kinds)) for one in kernels for kinds in one.overloads}
 
 config = MatcherConfig.from_profile(sys.argv[1], disparities=24)
-matcher = StereoMatcher(config)
-if sys.argv[2] == 'dry run':
-    for kernel, types in record_calls(config):
-        kernel.compile(types)
-if sys.argv[2] == 'warm-up':
+matcher, noted = StereoMatcher(config), set()
+if sys.argv[2] == 'warm':
+    noted = {(one.py_func.__name__, str(kinds)) for one, kinds in record_calls(config)}
     matcher.warm_up(120, 160)
 before = compiled()
-if sys.argv[2] == 'dry run':
-    matcher.warm_up(120, 160)
 for number, frame in enumerate(make_sequence(120, 160, 24, 5, noise=2.0)):
     matcher.match(*(np.roll(view, 3 * number, axis=1) for view in (frame.left, frame.right)))
 if sys.argv[1] == 'realtime':       # where plain regions vote, and pictures are averaged
@@ -47,7 +44,8 @@ if sys.argv[1] == 'realtime':       # where plain regions vote, and pictures are
     view[40:, 40:140] = 90
     for _ in range(20):
         matcher.match(*np.clip(view + random.normal(0, 1.5, (2, *view.shape)), 0, 255).astype('B'))
-print(*sorted(name for name, kinds in compiled() - before))
+for found in compiled() - before, compiled() - noted:
+    print(*sorted(name for name, kinds in found))
 """
 
 
@@ -67,52 +65,52 @@ MISSED = {'realtime': {'previous_prior'}, 'quality': {'origins_of_tiles'},
 
 @pytest.mark.parametrize('profile', MISSED)
 def test_no_kernel_is_left_to_the_frames_of_a_camera_that_moves(profile):
-    found = {}
     # First all is compiled and kept: a kernel that is compiled later also shows those it calls.
-    for how in ('warm-up', 'dry run', 'cold')[:2 + (profile == 'realtime')]:
-        done = subprocess.run([sys.executable, '-c', MATCH, profile, how], cwd=ROOT, text=True,
-                              capture_output=True, check=True)
-        found[how] = done.stdout.split()
-    assert found['warm-up'] == []
-    assert set(found['dry run']) <= MISSED[profile]
+    StereoMatcher(MatcherConfig.from_profile(profile, disparities=24)).warm_up(120, 160)
+
+    def found(start):
+        return [line.split() for line in subprocess.run(
+            [sys.executable, '-c', MATCH, profile, start], cwd=ROOT, text=True,
+            capture_output=True, check=True).stdout.splitlines()]
+
+    by_frames, beside_dry_run = found('warm')
+    assert by_frames == []
+    assert set(beside_dry_run) <= MISSED[profile]
     if profile == 'realtime':
-        assert {'move_map', 'list_genes', 'elect_by_halves'} <= set(found['cold'])
+        assert {'move_map', 'list_genes', 'elect_by_halves'} <= set(found('cold')[0])
 
 
-def warm_up(cache, *words):
+def warm_up(cache):
     """Start `fuzzy-stereo warm-up` of the paper's profile, which has the fewest kernels."""
     return subprocess.Popen(
         [sys.executable, '-m', 'fuzzy_stereo_ros.commands.command_line', 'warm-up', '--profile',
-         'paper', *words], env={**os.environ, 'NUMBA_CACHE_DIR': str(cache)}, cwd=ROOT, text=True,
+         'paper'], env={**os.environ, 'NUMBA_CACHE_DIR': str(cache)}, cwd=ROOT, text=True,
         stdout=subprocess.PIPE, stderr=subprocess.PIPE)
 
 
-@pytest.mark.skipif(len(os.sched_getaffinity(0)) < 2, reason='one process compiles')
+@pytest.mark.skipif(CORES < 2, reason='one process compiles')
 def test_a_process_that_ends_costs_what_it_compiles_and_the_command_says_so_and_compiles_the_rest(
-        tmp_path, monkeypatch):
-    monkeypatch.setenv('NUMBA_CACHE_DIR', str(tmp_path))
-    config, killed = MatcherConfig.from_profile('paper'), []
+        tmp_path, lacking_kernels):
+    def kept():
+        return {path: path.stat().st_mtime_ns for path in lacking_kernels.iterdir()}
+
+    first, killed = kept(), []
 
     def kill_one(progress):
         if progress.share and not killed:
             killed.append(psutil.Process().children(recursive=True)[-1])
             killed[0].kill()
-    compile_kernels(config, kill_one)
+    compile_kernels(MatcherConfig.from_profile('paper'), kill_one)
     assert len(killed) == 1
-    (folder,) = {path.parent for path in tmp_path.rglob('*.nbi')}
-
-    def kept():
-        return {path: path.stat().st_mtime_ns for path in folder.iterdir()}
-
-    there = [*folder.glob('*.nbi')]
-    assert len(record_calls(config)) - len(os.sched_getaffinity(0)) < len(there)
-    there[0].unlink()
+    new = [path for path in kept().keys() - first if path.suffix == '.nbi']
+    new[0].unlink()
     before = kept()
     said, shown = warm_up(tmp_path).communicate()
-    assert f' s, kept in {folder}\n' in said and 'are ready after' in said
+    assert f' s, kept in {lacking_kernels}\n' in said and 'are ready after' in said
     assert shown.startswith(f'{COMPILING}: 0 %') and f'{COMPILING}: 100 %' in shown
     whole = kept()
-    assert len(whole) > len(before)
+    compiled_now = [path for path in whole.keys() - before if path.suffix == '.nbi']
+    assert new[0] in compiled_now and len(compiled_now) <= CORES + len(MISSED['paper_live'])
     said, shown = warm_up(tmp_path).communicate()
     assert 'are ready after' in said
     assert shown == ''
@@ -157,7 +155,8 @@ PAIR, FOLDERS = ('left/0000.png', 'right/0000.png'), ('left', 'right')
     (False, ('replay', *FOLDERS, '--output', 'new', '--disparities', 'auto')),
     (False, ('replay', *FOLDERS, '--output', 'new', '--workers', '2')),
     (True, ('evaluate', '.', '--matcher', 'ours:paper')), (False, ('evaluate', *FOLDERS)),
-    (False, ('evolve', *FOLDERS)), (False, ('suggest', *FOLDERS)), (True, ('benchmark',))])
+    (False, ('evolve', *FOLDERS)), (False, ('suggest', *FOLDERS)),
+    (True, ('benchmark', '--rows', '48', '--columns', '96'))])
 def test_whatever_compiles_says_so_before_it_begins(terminal, words, frames, tmp_path):
     reads, writes = os.openpty() if terminal else os.pipe()
     command = subprocess.Popen(

@@ -43,19 +43,21 @@ def test_a_start_with_kernels_in_the_cache_compiles_none_and_a_signal_ends_it_wi
 
 
 def test_a_first_start_tells_in_diagnostics_and_in_the_log_how_far_it_is(
-        make_bench, tmp_path, monkeypatch):
-    monkeypatch.setenv('NUMBA_CACHE_DIR', str(tmp_path))
+        make_bench, lacking_kernels):
+    def kept():
+        return {*lacking_kernels.glob('*.nbc')}
 
     def told(sentence):
         return lambda: next((message for message in bench.diagnostics
                              if message.status[0].message.startswith(sentence)), None)
 
+    before = kept()
     with make_bench('--ros-args', '-p', 'profile:=paper') as bench:
         loading = bench.until(told('compiling the kernels: '), 'how far it is', START)
         assert loading.status[0].level == DiagnosticStatus.STALE
         bench.until(told('idle: '), 'that it is ready', START)
         assert bench.node.logged('compiling the kernels: 0 %')
-        assert [*tmp_path.rglob('*.nbc')]
+        assert kept() > before
 
 
 @pytest.mark.parametrize('arguments, sentence', [
