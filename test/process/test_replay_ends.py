@@ -22,8 +22,8 @@ from made_bags import (
 import pytest
 from rejected import contents
 from replayed import (
-    as_sent, assert_same, chatter, figures, INTERRUPTED, matches, rejection, replay, restamp, run,
-    sent)
+    as_sent, assert_same, chatter, figures, in_segments, INTERRUPTED, matches, rejection, replay,
+    restamp, run, sent)
 
 
 @pytest.fixture
@@ -73,8 +73,8 @@ if __name__ == '__main__':
 def test_whatever_ends_a_replay_what_was_matched_is_a_bag_and_continues_to_what_the_rest_would_be(
         folder, capsys, monkeypatch, interrupted, how):
     """Copies, files and the confidence too; in segments bit for bit, else warm again."""
-    in_segments, others = 'workers' in how, how in ('killed', 'interrupted with its workers')
-    every = scene(SEGMENT_PAIRS + 20 if in_segments else 2 * ROUND - 6)
+    segmented, others = 'workers' in how, how in ('killed', 'interrupted with its workers')
+    every = scene(SEGMENT_PAIRS + 20 if segmented else 2 * ROUND - 6)
     monkeypatch.setattr(bag_writing, 'PART_BYTES', 2**18)       # of several pairs
     times = {'bag': stamps(len(every)), 'looped': [
         BEGIN + number % ROUND * STEP for number in range(len(every))]}
@@ -91,7 +91,7 @@ def test_whatever_ends_a_replay_what_was_matched_is_a_bag_and_continues_to_what_
 
     def end(name, pairs, options):
         if others:
-            return run(STRUCK % SIGNALS[how][0], pairs, name, *options, *in_segments * (
+            return run(STRUCK % SIGNALS[how][0], pairs, name, *options, *segmented * (
                 '--workers', 2)).stderr
         if how == 'full disk':
             write, room = BagWriter._write, iter(range(5 * pairs))
@@ -113,8 +113,7 @@ def test_whatever_ends_a_replay_what_was_matched_is_a_bag_and_continues_to_what_
            st.sampled_from([[], ['--files', 'npy']]))
     def ends(storage, name, pairs, files):
         options = ['--format', storage, '--keep', '/chatter', '--with', 'confidence', *files]
-        alone = [*options, *in_segments * ('--workers', 1)]
-        assert replay(name, output='whole', options=[*alone, '--overwrite']) == 0
+        assert replay(name, output='whole', options=[*options, '--overwrite']) == 0
         (topics, whole), said = written('whole'), end(name, pairs, [*options, '--overwrite'])
         left = len(written('out')[1])
         assert (left <= pairs) if how in ('killed', 'full disk') else left == pairs
@@ -122,11 +121,12 @@ def test_whatever_ends_a_replay_what_was_matched_is_a_bag_and_continues_to_what_
             assert f'out holds {left} pairs, up to ' in said
         if how == 'full disk':
             assert 'out cannot be written any further: No space left on device' in said
-        found = figures(capsys, name, options=[*alone, '--resume' if left else '--overwrite'])
+        found = figures(capsys, name, options=[
+            *options, *segmented * ('--workers', 1), '--resume' if left else '--overwrite'])
         assert found['pairs']['matched'] == len(every) - left
         again, values = written('out')
         first = max(left - WARM_PAIRS, 0)
-        expected = whole if in_segments else whole[:left] + as_sent(
+        expected = in_segments(every, times[name]) if segmented else whole[:left] + as_sent(
             matches(every[first:], times[name][first:]))[left - first:]
         assert again == topics and len(values) == len(every)
         assert_same(values, expected)

@@ -16,8 +16,7 @@ from made_bags import (
     BEGIN, content, DISPARITIES, disparities, scene, stamps, STEP, TOPICS, write_bag)
 import numpy as np
 import pytest
-from replayed import (
-    as_sent, assert_same, chatter, figures, matches, replay, restamp, sent)
+from replayed import assert_same, chatter, figures, in_segments, replay, restamp, sent
 
 PAIRS = 2 * SEGMENT_PAIRS + 20
 HALTING = """\
@@ -41,18 +40,6 @@ def cluster(tmp_path_factory):
         for _ in range(2):
             processes.worker()
         yield processes
-
-
-def in_segments(pairs, times=None, rejected=(), length=SEGMENT_PAIRS, profile='realtime'):
-    """Return the float32 (R, C) of each DisparityImage, as a matcher finds them by itself."""
-    times, found = times or stamps(len(pairs)), []
-    for begin in range(0, len(pairs), length):
-        numbers = [number for number in range(
-            max(begin - WARM_PAIRS, 0), min(begin + length, len(pairs))) if number not in rejected]
-        found += as_sent(matches([pairs[number] for number in numbers], [
-            times[number] for number in numbers], profile=profile))[
-                sum(number < begin for number in numbers):]
-    return found
 
 
 def test_a_cluster_finds_what_a_matcher_finds_in_segments(
@@ -84,7 +71,7 @@ def test_results_that_take_long_to_arrive_are_asked_for_once(
 
 
 def test_the_frames_of_folders_are_matched_in_segments_too_of_any_profile(folder, capsys):
-    pairs, profile = scene(SEGMENT_PAIRS + 4), 'quality'
+    pairs, profile = scene(SEGMENT_PAIRS + 4, rows=20, columns=48), 'quality'
     for side in ('left', 'right'):
         (folder / side).mkdir()
         for number, pair in enumerate(pairs):

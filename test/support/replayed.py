@@ -8,7 +8,8 @@ import sys
 
 from fuzzy_stereo_ros.commands.command_line import main
 from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
-from made_bags import content, DISPARITIES
+from fuzzy_stereo_ros.replay.options import SEGMENT_PAIRS, WARM_PAIRS
+from made_bags import content, DISPARITIES, stamps
 from made_messages import values_of
 import numpy as np
 from repository import ROOT
@@ -63,6 +64,18 @@ def as_sent(found):
     """Return the disparities of matches, float32 (R, C), as DisparityImages have them."""
     return [np.where(np.isnan(match.disparity), -1, np.maximum(match.disparity, 0))
             for match in found]
+
+
+def in_segments(pairs, times=None, rejected=(), length=SEGMENT_PAIRS, profile='realtime'):
+    """Return the float32 (R, C) of each DisparityImage, as a matcher finds them by itself."""
+    times, found = times or stamps(len(pairs)), []
+    for begin in range(0, len(pairs), length):
+        numbers = [number for number in range(
+            max(begin - WARM_PAIRS, 0), min(begin + length, len(pairs))) if number not in rejected]
+        found += as_sent(matches([pairs[number] for number in numbers], [
+            times[number] for number in numbers], profile=profile))[
+                sum(number < begin for number in numbers):]
+    return found
 
 
 def sent(path):
