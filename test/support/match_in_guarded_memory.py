@@ -5,8 +5,8 @@ A program that matches pairs where each array lies against a page that nobody ma
 
 Code that checks no bounds, as explicit SIMD, ends the process there when it reads or writes a
 byte too far; bytes on the other side of an array are compared when it is freed. Arguments:
-`before` or `behind`, where that page lies; how many kinds of images are matched in each size, and
-how many drawn sequences; the profiles.
+`before` or `behind`, where that page lies; how many kinds of images are matched in each size; the
+profiles, each with a colon and how many drawn sequences are matched.
 """
 import ctypes
 from dataclasses import replace
@@ -155,11 +155,11 @@ def match_drawn(profile, number):
 
 def main():
     """Run, print for each profile how many arrays were guarded and overwritten around, and end."""
-    where, kinds, drawn, *profiles = sys.argv[1:]
+    where, kinds, *profiles = sys.argv[1:]
     memory = GuardedMemory(where == 'before')
     memory.begin()
     arrays.SMALL = arrays.OWN       # each array has memory of its own, of any size
-    for profile in profiles:
+    for profile, drawn in (word.split(':') for word in profiles):
         memory.guarded = memory.overwritten = 0
         match_all(profile, int(kinds))
         match_drawn(profile, int(drawn))
