@@ -129,3 +129,12 @@ def make_bench(ros):
                 bench.close()
 
     return make
+
+
+@pytest.fixture(scope='module')
+def bench(request, make_bench):
+    """Return one node, with the ARGUMENTS of a module of tests, that has matched its PAIR."""
+    with make_bench('--ros-args', *request.module.ARGUMENTS,
+                    **getattr(request.module, 'RIG', {})) as bench:
+        bench.begin(*request.module.PAIR)
+        yield bench

@@ -7,9 +7,9 @@ from fuzzed import examples
 from fuzzy_stereo_ros.parameters.table import ROS_PARAMETERS
 from hypothesis import given, strategies as st
 from made_scenes import shifted_pair
-import pytest
 
 PAIR = shifted_pair(7)
+ARGUMENTS = '-p', 'disparity_range:=16'
 ROWS = ROS_PARAMETERS
 NAMES = [row.name for row in ROWS]
 ROW_OF = dict(zip(NAMES, ROWS))
@@ -36,14 +36,6 @@ REJECTED = {'neighbourhood': (4, 'neighbourhood is 4; allowed are odd numbers fr
 CHANGES = st.one_of(st.sampled_from([row for row in ROWS if not row.read_only]),
                     st.sampled_from(ROWS)).flatmap(lambda row: st.tuples(
                         st.just(row.name), st.one_of(OF_TYPE[type(row.default)], VALUES)))
-
-
-@pytest.fixture(scope='module')
-def bench(make_bench):
-    """Return a node that has matched a pair."""
-    with make_bench('--ros-args', '-p', 'disparity_range:=16') as it:
-        it.begin(*PAIR)
-        yield it
 
 
 def same(one, other):

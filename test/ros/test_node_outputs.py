@@ -11,16 +11,9 @@ import pytest
 
 SHIFT, OFFSET = 7, 3.0
 PAIR = shifted_pair(SHIFT)
-SMALL = ('--ros-args', '-p', 'disparity_range:=16', '-p', 'no_pair_seconds:=600.0')
+ARGUMENTS = '-p', 'disparity_range:=16', '-p', 'no_pair_seconds:=600.0'
+RIG = {'offset': OFFSET}    # of the principal points
 DEPTH = 200.0 * 0.12 / (SHIFT - OFFSET)     # m; the simulated cameras's focal length and baseline
-
-
-@pytest.fixture(scope='module')
-def bench(make_bench):
-    """Return a node whose rig has principal points that differ."""
-    with make_bench(*SMALL, offset=OFFSET) as bench:
-        bench.begin(*PAIR)
-        yield bench
 
 
 def answer(bench, kind, topic):
@@ -87,9 +80,10 @@ def test_only_what_outputs_names_is_advertised_as_its_parameters_say(make_bench)
     from rclpy.qos import DurabilityPolicy, QoSProfile
     from sensor_msgs.msg import Image, PointCloud2
     from stereo_msgs.msg import DisparityImage
-    with make_bench(*SMALL, '-p', 'outputs:=disparity depth depth_compressed points2', '-p',
-                    'depth_encoding:=16UC1', '-p', 'points_stride:=4', '-p',
-                    'points_voxel_size:=0.05', offset=OFFSET) as bench:
+    with make_bench('--ros-args', *ARGUMENTS, *(word for value in (
+            'outputs:=disparity depth depth_compressed points2', 'depth_encoding:=16UC1',
+            'points_stride:=4', 'points_voxel_size:=0.05') for word in ('-p', value)),
+                    **RIG) as bench:
         bench.begin(*PAIR, confidence=False)
         _, depth = answer(bench, Image, 'depth/image_rect')
         assert depth.encoding == '16UC1'

@@ -11,27 +11,19 @@ import pytest
 from repository import ROOT
 
 PAIR = shifted_pair(7)
-ROWS = ROS_PARAMETERS
-
-
-@pytest.fixture(scope='module')
-def bench(make_bench):
-    """Return a node with the package's own file of parameters."""
-    file = ROOT / 'config' / 'fuzzy_stereo.yaml'
-    with make_bench('--ros-args', '--params-file', str(file), '-p', 'disparity_range:=16') as it:
-        it.begin(*PAIR)
-        yield it
+FILE = ROOT / 'config' / 'fuzzy_stereo.yaml'
+ARGUMENTS = '--params-file', str(FILE), '-p', 'disparity_range:=16'
 
 
 def test_the_file_of_parameters_is_the_declaration():
-    assert (ROOT / 'config' / 'fuzzy_stereo.yaml').read_text() == parameter_file(), (
+    assert FILE.read_text() == parameter_file(), (
         'renew it: python -m bench.parameter_pages config/fuzzy_stereo.yaml')
 
 
 def test_the_node_has_the_parameters_of_the_table_and_the_peer_s(bench):
-    names = [row.name for row in ROWS]
+    names = [row.name for row in ROS_PARAMETERS]
     values = dict(zip(names, bench.parameters(*names)))
-    assert values == {**{row.name: row.default for row in ROWS}, 'disparity_range': 16,
+    assert values == {**{row.name: row.default for row in ROS_PARAMETERS}, 'disparity_range': 16,
                       'input_qos': 'reliable'}
     assert bench.parameters(*IGNORED_PARAMETERS) == [None] * len(IGNORED_PARAMETERS)
 

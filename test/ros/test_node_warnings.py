@@ -7,19 +7,11 @@ from bench.conditions import misaligned
 from diagnostic_msgs.msg import DiagnosticStatus
 from fuzzy_stereo_ros.synthetic.scenes import make_pair
 import numpy as np
-import pytest
 
 PAIR = make_pair(240, 320, 32, seed=2, objects=6, noise=2.0)[:2]
 WALL, BLACK = (2 * (np.full((240, 320), level, np.uint8),) for level in (90, 2))
+ARGUMENTS = '-p', 'disparity_range:=32'
 SWAPPED = 'left and right are swapped: '
-
-
-@pytest.fixture(scope='module')
-def bench(make_bench):
-    """Return a node that has matched a pair whose rows fit."""
-    with make_bench('--ros-args', '-p', 'disparity_range:=32') as bench:
-        bench.begin(*PAIR)
-        yield bench
 
 
 def status_when(bench, condition, pair, change=None):

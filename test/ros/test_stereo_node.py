@@ -12,15 +12,7 @@ import pytest
 SHIFT = 7
 PAIR = shifted_pair(SHIFT)
 SECOND = 1_000_000_000
-ARGUMENTS = ('--ros-args', '-p', 'disparity_range:=16', '-p', 'no_pair_seconds:=1.0')
-
-
-@pytest.fixture(scope='module')
-def bench(make_bench):
-    """Return one node for the tests of this module, connected and known to answer."""
-    with make_bench(*ARGUMENTS) as bench:
-        bench.begin(*PAIR)
-        yield bench
+ARGUMENTS = '-p', 'disparity_range:=16', '-p', 'no_pair_seconds:=1.0'
 
 
 def share_near(values, disparity):
