@@ -36,7 +36,7 @@ def results(config, pairs):
     return found
 
 
-@examples(40)
+@examples(20)
 @given(st.sampled_from(sorted(PROFILES)).flatmap(options), SCENES, st.integers(3, 8))
 def test_threads_change_no_bit_of_a_sequence(config, scene, many):
     config = replace(config, disparities=min(config.disparities, scene['columns']))
