@@ -76,12 +76,21 @@ def folder(tmp_path, monkeypatch):
 
 
 @pytest.fixture
-def lacking_kernels(tmp_path, monkeypatch):
+def copy_kernels(tmp_path, monkeypatch):
+    """Return a function that warms up a profile, and lets processes use a copy of the kernels."""
+    def copy(profile, *without):
+        StereoMatcher(MatcherConfig.from_profile(profile)).warm_up(*WARM_UP_SIZE)
+        monkeypatch.setenv('NUMBA_CACHE_DIR', str(tmp_path))
+        return shutil.copytree(compiled.FOLDER, tmp_path / compiled.NAME / compiled.FOLDER.name,
+                               ignore=shutil.ignore_patterns(*without))
+
+    return copy
+
+
+@pytest.fixture
+def lacking_kernels(copy_kernels):
     """Set a cache of kernels without the genetic ones of `paper`, as after a first start's end."""
-    StereoMatcher(MatcherConfig.from_profile('paper')).warm_up(*WARM_UP_SIZE)
-    monkeypatch.setenv('NUMBA_CACHE_DIR', str(tmp_path))
-    return shutil.copytree(compiled.FOLDER, tmp_path / compiled.NAME / compiled.FOLDER.name,
-                           ignore=shutil.ignore_patterns('*.genetic.*'))
+    return copy_kernels('paper', '*.genetic.*')
 
 
 @pytest.fixture
