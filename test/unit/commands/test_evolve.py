@@ -4,7 +4,6 @@
 import json
 import os
 
-import cv2
 from fuzzy_stereo_ros.commands import evolve
 from fuzzy_stereo_ros.commands.command_line import main
 from fuzzy_stereo_ros.evaluation.scores import score
@@ -12,7 +11,11 @@ from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
 from fuzzy_stereo_ros.pairs.image_files import read_image
 from fuzzy_stereo_ros.parameters.options import option_name
 from fuzzy_stereo_ros.views import evolution
-from fuzzy_stereo_ros.views.evolution import STAY
+from fuzzy_stereo_ros.views.evolution import EvolutionFilm, RATES, STAY
+from fuzzy_stereo_ros.views.pictures import PANEL_SUFFIXES, write_figure
+from made_scenes import film
+from matplotlib.figure import Figure
+import numpy as np
 import pytest
 
 DISPARITIES = 16
@@ -22,7 +25,7 @@ DISPARITIES = 16
 def folder(folder, monkeypatch):
     """Work in a folder with a pair, its truth, and files that are in the way; draw little."""
     monkeypatch.setattr(evolution, 'DOTS', (50, 200))
-    for name in ('there.png', 'there.mp4'):
+    for name in ('there.png', 'there.avi'):
         (folder / name).write_text('the one before')
     return folder
 
@@ -71,15 +74,34 @@ def test_a_person_reads_a_row_for_each_generation(folder, capsys):
 
 
 def test_picture_and_video_are_written_and_printed_and_replace_others_where_that_is_said(
-        folder, capsys):
-    assert main(words_for('--overwrite', profile='paper', population=3, generations=0,
-                          picture='there.png', video='there.mp4')) == 0
+        folder, monkeypatch, capsys):
+    """The video has a frame for each generation and repeats the last."""
+    drawn, write = [], EvolutionFilm.write
+
+    def keep(film, picture):
+        drawn.append(picture)
+        write(film, picture)
+
+    monkeypatch.setattr(EvolutionFilm, 'write', keep)
+    assert main(words_for('--overwrite', profile='paper', population=3, generations=1,
+                          picture='there.png', video='there.avi')) == 0
     assert capsys.readouterr().out.splitlines()[-2:] == [
-        'there.png: written', 'there.mp4: written']
+        'there.png: written', 'there.avi: written']
     assert read_image('there.png').shape[1] > 450
-    film = cv2.VideoCapture('there.mp4')
-    assert film.get(cv2.CAP_PROP_FRAME_COUNT) == 1 + STAY
+    frames, rate = film('there.avi')
+    assert rate == RATES[0] and len(drawn) == len(frames) == 2 + STAY * RATES[0]
+    for at, frame in enumerate(frames):
+        near = [abs(frame.astype(int) - other).mean() for other in drawn[:2]]
+        assert np.argmin(near) == min(at, 1) and min(near) < 10
     assert not [name for name in os.listdir() if '.part' in name]
+
+
+def test_a_still_is_drawn_in_every_format_and_of_no_generation_too(folder):
+    assert main(words_for(profile='paper', population=3, generations=0, picture='a.svg')) == 0
+    assert 'fitness (uniform reading)' in (folder / 'a.svg').read_text()
+    for suffix, start in zip(PANEL_SUFFIXES, (b'\x89PNG', b'%PDF', b'<?xml'), strict=True):
+        write_figure(folder / f'b{suffix}', Figure())
+        assert (folder / f'b{suffix}').read_bytes().startswith(start)
 
 
 def test_an_interrupted_video_has_the_observed_generations(folder, monkeypatch, capsys):
@@ -96,6 +118,5 @@ def test_an_interrupted_video_has_the_observed_generations(folder, monkeypatch, 
     assert main(words_for(profile='paper', population=3, generations=4, video='out.avi',
                           picture='out.png')) == 130
     assert 'a video ends with the last generation' in capsys.readouterr().err
-    film = cv2.VideoCapture('out.avi')
-    assert film.get(cv2.CAP_PROP_FRAME_COUNT) == 2 + STAY
+    assert len(film('out.avi')[0]) == 2 + STAY * RATES[0]
     assert not (folder / 'out.png').exists()
