@@ -13,7 +13,8 @@ LENSES = {
     'plumb_bob': [-0.25, 0.08, 0.001, -0.0005, 0.01],
     'rational_polynomial': [0.3, -0.05, 0.0004, 0.001, 0.02, 0.55, 0.02, 0.01],
     'equidistant': [0.05, -0.02, 0.003, -0.001],
-    '': []}
+    '': [],
+    'fisheye': []}     # of angles proportional to radii
 FOCAL, CENTRE = 290.0, (161.0, 118.0)      # of the rectified images
 
 
@@ -79,7 +80,7 @@ def _sources(camera):
 def _bent(model, x, y):
     """Return where a lens shows a point that an ideal one shows at x, y; the focal length is 1."""
     square = x**2 + y**2
-    if model == 'equidistant':
+    if model in ('equidistant', 'fisheye'):
         radius = np.sqrt(square)
         angle = np.arctan(radius)
         bent = angle * (1 + sum(k * angle**(2 * power + 2)

@@ -20,7 +20,7 @@ import pytest
 from rosbags.rosbag1 import Writer as Writer1
 from rosbags.rosbag2 import CompressionFormat, CompressionMode, Writer as Writer2
 
-PAIRS = 60
+PAIRS, LATE = 60, '/late'
 SUFFIXES = {'ros1': '.bag', 'sqlite3': '.db3', 'mcap': '.mcap'}
 CHUNK = 20          # pairs, at the most
 PAGE = 4096         # bytes, of a database
@@ -32,6 +32,12 @@ def made(rows=120, columns=240, levels=256):
     random = np.random.default_rng(rows)
     return [SimpleNamespace(**{side: random.integers(0, levels, (rows, columns), np.uint8)
                                for side in ('left', 'right')}) for _ in range(PAIRS)]
+
+
+def write_late(bag, number, log_time):
+    """Write to a topic that begins in a later chunk."""
+    if number > PAIRS // 2:
+        bag.write(LATE, bag.make('std_msgs/msg/Int32', data=number), log_time)
 
 
 def compressing(monkeypatch):
@@ -81,7 +87,8 @@ def older(path, version):
 def files(tmp_path_factory):
     """Return {what: file of a whole bag} of each format, and of what else is recorded in it."""
     folder, pairs, black = tmp_path_factory.mktemp('bags'), made(), made(levels=1)
-    found = {form: file_of(write_bag(folder / name_of(form), form, pairs)) for form in FORMATS}
+    found = {form: file_of(write_bag(folder / name_of(form), form, pairs, more=write_late))
+             for form in FORMATS}
     with pytest.MonkeyPatch.context() as patch:
         compressing(patch)
         found.update({f'{form} compressed': file_of(write_bag(
@@ -127,7 +134,8 @@ def file_of(bag):
 def read_all(path):
     """Return the messages and the losses of a bag."""
     with BagReader([path]) as bag:
-        return [(one.topic, one.log_time, one.content) for one in bag.messages(TOPICS)], bag.losses
+        return [(one.topic, one.log_time, one.content) for one in bag.messages(
+            {*TOPICS, LATE} & {*bag.topics})], bag.losses
 
 
 def messages(path):
@@ -159,7 +167,7 @@ def test_every_complete_chunk_before_the_cut_is_read_as_it_was_written(
             f'{path} has no messages', f'{path} cannot be read as a bag: ')) and least <= 0
         path.unlink()
         return
-    assert read == [one for one in written if one in read]
+    assert read == written[:len(read)]
     # Pages of a database hold parts of its index, too, and the last torn message is left out.
     assert least <= sum(topic == TOPICS[0] for topic, _, _ in read) <= share * PAIRS + 2
     first, last = written[0][1], read[-1][1]
@@ -238,19 +246,6 @@ def test_zeros_in_the_end_of_an_index_of_ros_1_lose_no_message(files, written, t
     bag = tmp_path / 'bag.bag'
     bag.write_bytes(files['ros1'].read_bytes()[:-zeros] + bytes(zeros))
     assert messages(bag) == written('ros1')
-
-
-def test_topics_that_begin_in_a_later_chunk_are_found(tmp_path):
-    def more(bag, number, log_time):
-        if number > 30:
-            bag.write('/late', bag.make('std_msgs/msg/Int32', data=number), log_time)
-
-    for form in 'ros1', 'mcap':
-        file = file_of(write_bag(tmp_path / name_of(form), form, made(), more=more))
-        file.write_bytes(file.read_bytes()[:int(0.8 * file.stat().st_size)])
-        with BagReader([file]) as bag:
-            assert [int.from_bytes(one.content[-4:], 'little')
-                    for one in bag.messages(['/late'])][:5] == list(range(31, 36))
 
 
 ENDLESS = 'WITH RECURSIVE n(i) AS (SELECT 1 UNION ALL SELECT i + 1 FROM n) SELECT {} FROM n'

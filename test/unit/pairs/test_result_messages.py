@@ -6,8 +6,7 @@ from types import SimpleNamespace
 
 from fuzzy_stereo_ros.matching import MatcherConfig
 from fuzzy_stereo_ros.matching.kernels.units import STEPS
-from fuzzy_stereo_ros.pairs.calibration import millimetres_of
-from fuzzy_stereo_ros.pairs.messages import read_image, stamp_of
+from fuzzy_stereo_ros.pairs.messages import stamp_of
 from fuzzy_stereo_ros.pairs.result_messages import (
     DISPARITY_STEP, fill_camera_info, fill_disparity, fill_image, fill_points, one_of_each_voxel)
 from hypothesis import given, settings, strategies as st
@@ -48,14 +47,6 @@ def test_the_valid_window_lies_inside_the_image(min_disparity, disparities, colu
                     disparities=disparities).valid_window
     assert 0 <= window.x_offset <= window.x_offset + window.width <= columns
     assert 0 <= window.y_offset <= window.y_offset + window.height <= rows
-
-
-def test_depth_in_millimetres_is_sent_in_sixteen_bits():
-    depth = np.float32([[1.5, np.nan, np.inf, 2.0014, 70.0]] * 2)
-    message = fill_image(empty_message(), millimetres_of(depth), make_pair((2, 5)), '16UC1')
-    assert (message.encoding, message.height, message.width, message.step) == ('16UC1', 2, 5, 10)
-    assert (message.is_bigendian, message.data.typecode) == (0, 'B')
-    np.testing.assert_array_equal(read_image(message), [[1500, 0, 0, 2001, 0]] * 2)
 
 
 @given(st.lists(st.one_of(st.just(float('nan')), st.integers(0, 63 * 16).map(lambda n: n / 16)),
