@@ -5,7 +5,8 @@ from typing import NamedTuple
 
 from bench.datasets import available_scenes, MIDDLEBURY_FOLDERS, read_motorcycle
 import cv2
-from fuzzy_stereo_ros.pairs.disparity_files import read_disparity
+from fuzzy_stereo_ros.pairs.stereo_pair import SIDES
+from fuzzy_stereo_ros.synthetic.scenes import ScenePair
 from made_scenes import noisy
 import numpy as np
 import pytest
@@ -42,29 +43,22 @@ def third_size(name, rows, columns):
     return RealPair(*(np.ascontiguousarray(image[:rows, :columns]) for image in pair[:4]), 80)
 
 
-def kitti_frames(name, numbers):
-    """Return pairs of images of a sequence, and the truth of frame 10."""
-    folder = DATA / 'kitti2012_seq' / name
-    pairs = [tuple(read_grey(folder / f'{side}_{number:02d}.png')
-                   for side in ('left', 'right')) for number in numbers]
-    return pairs, read_disparity(folder / 'disp_noc_10.png')
-
-
 def moving_windows(pair, rows, columns, pan, frames, noise, seed=0):
-    """Yield (left, right, truth, visible) of a window that pans, with fresh noise each time."""
+    """Yield a `ScenePair` for each place of a window that pans, with fresh noise each time."""
     random = np.random.default_rng(seed)
     for frame in range(frames):
         window = np.s_[:rows, pan * frame:pan * frame + columns]
         images = noisy([image[window] for image in pair[:2]], noise, random)
         truth = pair.truth[window]
         inside = np.arange(columns) - np.nan_to_num(truth) >= 0
-        yield *images, truth, pair.visible[window] & inside
+        yield ScenePair(*images, truth, pair.visible[window] & inside)
 
 
-def read_grey(path):
-    """Return a grey image, or skip the test where it is not here."""
-    _needed(path)
-    return cv2.imread(str(path), cv2.IMREAD_GRAYSCALE)
+def grey_pair(place):
+    """Return two grey images below DATA, {} for left and right, or skip the test without them."""
+    paths = [DATA / place.format(side) for side in SIDES]
+    _needed(paths[0])
+    return [cv2.imread(str(path), cv2.IMREAD_GRAYSCALE) for path in paths]
 
 
 def _of_folder(path):

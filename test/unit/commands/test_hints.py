@@ -58,12 +58,22 @@ def test_no_figure_of_nothing_is_printed_and_evolve_rejects_a_truth_of_nothing(t
     assert 'no pixel of truth.pfm counts' in capsys.readouterr().err
 
 
-def test_match_gives_the_cause_as_a_hint_in_words_and_in_json(told):
+def assert_shifted(found):
+    assert found['tilt'] == pytest.approx(0.8, abs=0.1)
+    assert found['undone']
+    assert found['faults'] == ['tilt']
+    assert found['advice'].startswith('recalibrate: the right image is 0.')
+
+
+def test_match_tells_the_cause_and_the_rows_in_words_and_in_json(told):
     words = match_of(*SWAPPED[:2])
     hint = told(*words, '--json')['hint']
     assert (hint['cause'], hint['warns']) == ('swapped', True)
     assert f"hint: {hint['sentence']}" in told(*words).splitlines()
-    assert 'hint' not in told(*match_of(*MADE[:2]))
+    words = match_of(*SHIFTED[:2])
+    found, printed = told(*words, '--json'), told(*words)
+    assert_shifted(found['misalignment'])
+    assert f"row offset: {found['row_offset']}" in printed.splitlines() and 'hint' not in printed
 
 
 # ---- the cameras ----
@@ -104,20 +114,6 @@ def test_the_unit_of_lengths_is_that_of_a_calibration(told):
 
 
 # ---- rows ----
-
-
-def assert_shifted(found):
-    assert found['tilt'] == pytest.approx(0.8, abs=0.1)
-    assert found['undone']
-    assert found['faults'] == ['tilt']
-    assert found['advice'].startswith('recalibrate: the right image is 0.')
-
-
-def test_match_reports_misalignment_as_json_and_in_words(told):
-    words = match_of(*SHIFTED[:2])
-    found = told(*words, '--json')
-    assert_shifted(found['misalignment'])
-    assert f"row offset: {found['row_offset']}" in told(*words).splitlines()
 
 
 def test_replay_gives_each_cause_as_a_hint_once_and_reports_misalignment(told):

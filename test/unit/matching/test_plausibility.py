@@ -15,7 +15,7 @@ from hypothesis import given, settings, strategies as st
 from made_scenes import LARGE, large_scene, noisy
 import numpy as np
 import pytest
-from real_pairs import DATA, kitti_frames, middlebury, motorcycle, read_grey, third_size
+from real_pairs import grey_pair, middlebury, motorcycle, third_size
 
 ROWS, COLUMNS, DISPARITIES = LARGE
 CONFIG = MatcherConfig(disparities=DISPARITIES, warm_start=False)
@@ -192,10 +192,10 @@ def test_a_cause_is_told_while_it_lasts(scene):
 def test_real_pairs_that_fit_have_no_finding_with_noise_either_and_others_have_theirs():
     pairs = [(*motorcycle()[:2], 64), (*middlebury('tsukuba')[:2], 16),
              (*third_size('Lampshade1', 370, 480)[:2], 80),
-             *((*kitti_frames(name, (10,))[0][0], disparities) for name, disparities in (
-                 ('000027', 96), ('000138', 73))),      # a sky that fits anywhere
-             *((*(read_grey(DATA / 'oakd_nogt' / name / f'{side}.png')
-                  for side in ('left', 'right')), 96) for name in ('desk', 'stairs', 'toy'))]
+             *((*grey_pair(place), disparities) for place, disparities in (
+                 ('kitti2012_seq/000027/{}_10.png', 96),
+                 ('kitti2012_seq/000138/{}_10.png', 73),        # a sky that fits anywhere
+                 *((f'oakd_nogt/{name}/{{}}.png', 96) for name in ('desk', 'stairs', 'toy'))))]
     for number, (left, right, disparities) in enumerate(pairs):
         config = replace(CONFIG, disparities=disparities)
         assert finding(left, right, config) is None

@@ -3,11 +3,12 @@
 """A warm start is safe, and worth it."""
 # Every frame is matched warm, after the frames before it, and cold; errors are percent of the
 # visible pixels, dense.
-from itertools import product
+from itertools import pairwise, product
 
-from fuzzy_stereo_ros.evaluation.scores import flicker, score
+from fuzzy_stereo_ros.evaluation.scores import flicker
 from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
 from fuzzy_stereo_ros.synthetic.scenes import make_pair, make_sequence
+from made_scenes import matches_of, wrong
 import numpy as np
 import pytest
 from real_pairs import motorcycle, moving_windows
@@ -22,16 +23,10 @@ def mostly_slow(names, values, quick):
         pytest.param(*one, marks=[pytest.mark.slow] * (one not in quick)) for one in values])
 
 
-def disparities_of(frames, disparities, warm, **changes):
-    """Yield a dense map for each frame, with the previous best or without."""
-    matcher = StereoMatcher(MatcherConfig(
-        disparities=disparities, fill=True, warm_start=warm, threads=2, **changes))
-    for left, right, *_ in frames:
-        yield matcher.match(left, right).disparity
-
-
-def _bad(disparity, truth, visible):
-    return score(disparity, truth, visible, (1.0,)).bad_dense[1.0]
+def dense(frames, disparities, warm, **changes):
+    """Return a dense match for each frame, with the previous best or without."""
+    return matches_of(StereoMatcher(MatcherConfig(
+        disparities=disparities, fill=True, warm_start=warm, threads=2, **changes)), frames)
 
 
 # Noise; by how much the seed rises, and numbers of objects of both scenes.
@@ -44,24 +39,21 @@ def test_another_scene_and_objects_that_appear_or_go_do_no_harm(cut, seed):
     noise, rise, objects = cut
     before, after = (make_pair(200, 320, 48, number, objects=count, noise=noise)
                      for number, count in zip((seed, seed + rise), objects))
-    cold, = disparities_of([after], 48, warm=False, align_rows=False)
-    *_, first, second, third = disparities_of(
-        [before] * 2 + [after] * 3, 48, warm=True, align_rows=False)
-    assert max(_bad(warm, *after[2:4]) for warm in (first, second, third)) <= (
-        _bad(cold, *after[2:4]) + MARGIN)
+    cold, = dense([after], 48, warm=False, align_rows=False)
+    warm = dense([before] * 2 + [after] * 3, 48, warm=True, align_rows=False)[2:]
+    assert max(wrong(one, after) for one in warm) <= wrong(cold, after) + MARGIN
 
 
 def course(frames, disparities, pan, warm):
     """Return the means after the first frame: percent wrong, and percent changing, by > 1 px."""
-    maps = list(disparities_of(frames, disparities, warm))
-    wrong = [_bad(found, *frame[2:4]) for found, frame in zip(maps, frames)]
-    changing = []
-    for (before, after), (earlier, later) in zip(zip(maps, maps[1:]), zip(frames, frames[1:])):
-        moved = np.full_like(earlier[2], np.nan)
-        moved[:, :moved.shape[1] - pan] = earlier[2][:, pan:]
-        still = later[3] & (abs(moved - later[2]) < 0.5)
-        changing.append(flicker(before, np.where(still, after, np.nan), (0, -pan)))
-    return np.mean(wrong[1:]), np.mean(changing)
+    matches, changing = dense(frames, disparities, warm), []
+    for (before, earlier), (after, later) in pairwise(zip(matches, frames)):
+        moved = np.full_like(earlier.truth, np.nan)
+        moved[:, :moved.shape[1] - pan] = earlier.truth[:, pan:]
+        still = later.visible & (abs(moved - later.truth) < 0.5)
+        changing.append(flicker(
+            before.disparity, np.where(still, after.disparity, np.nan), (0, -pan)))
+    return np.mean([*map(wrong, matches, frames)][1:]), np.mean(changing)
 
 
 # Objects that move by themselves are in no average: their edges flicker as in a cold map. Little

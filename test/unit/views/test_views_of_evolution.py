@@ -35,9 +35,12 @@ def pair():
     return make_pair(*SHAPE, 24, seed=2, noise=4.0)
 
 
-def watched(config, pair):
-    told = []
-    return observe_generations(config, pair.left, pair.right, told.append), told
+def watched(config, pair, truth=None):
+    """Return the Match, the Snapshots and the Course of the evolution on a pair."""
+    course, told = Course(config, truth), []
+    match = observe_generations(config, pair.left, pair.right, lambda snapshot: (
+        course.add(snapshot), told.append(snapshot)))
+    return match, told, course
 
 
 @pytest.mark.parametrize('name', CONFIGS)
@@ -47,7 +50,7 @@ def test_being_watched_changes_no_bit_and_each_generation_has_a_snapshot(name, p
     matcher = StereoMatcher(replace(config, generations=0))
     matcher.match(pair.left, pair.right)
     initial, alone = matcher.algorithm.population, matched(pair, config)
-    match, told = watched(replace(config, deadline_ms=1e-6), pair)
+    match, told, _ = watched(replace(config, deadline_ms=1e-6), pair)
     assert bits(match) == bits(alone)
     rows, expected = ([replace(row, milliseconds=0.0) for row in one.history]
                       for one in (match, alone))
@@ -112,20 +115,6 @@ def test_at_most_five_are_shown_the_first_two_and_the_last_among_them(first, las
 # ---- the still and the film of an evolution show what its snapshots hold ----
 
 
-def evolution(profile, with_truth=True, **changes):
-    """Return the course and the snapshots of an evolution on a noisy pair."""
-    pair = make_pair(40, 60, 16, noise=4.0, colour=True)
-    config = MatcherConfig.from_profile(profile, **{
-        'disparities': 16, 'generations': 2, 'reference': 'left', **changes})
-    course, told = Course(config, pair.truth if with_truth else None), []
-
-    def tell(snapshot):
-        course.add(snapshot)
-        told.append(snapshot)
-    observe_generations(config, pair.left, pair.right, tell)
-    return course, told
-
-
 def fitness_of(figure, scale):
     """Return the Axes of the fitness, whose title tells the scale."""
     (place,) = (each for each in figure.axes if each.get_title() == f'fitness ({scale})')
@@ -133,12 +122,14 @@ def fitness_of(figure, scale):
 
 
 @pytest.mark.parametrize('profile, changes, scale, origins', [
-    ('paper', {'reading': 'literal'}, 'Eq. 3 as printed', 3),
-    ('quality', {'with_truth': False}, '1 is perfect', 2)])
+    ('paper', {'reading': 'literal'}, 'Eq. 3 as printed', 3), ('quality', {}, '1 is perfect', 2)])
 def test_the_still_shows_fitness_possibilities_and_where_genes_come_from(
         profile, changes, scale, origins):
     """Each gene has the colour of its origin, curves and maps have their scales."""
-    course, told = evolution(profile, **changes)
+    pair = make_pair(40, 60, 16, noise=4.0, colour=True)
+    _, told, course = watched(MatcherConfig.from_profile(
+        profile, disparities=16, generations=2, reference='left', **changes), pair,
+        pair.truth if changes else None)
     figure = EvolutionFigure(course, course.shown).figure
     maps, genes = ([each.images[0] for each in figure.axes if each.get_title().startswith(words)]
                    for words in ('its possibility', 'genes'))
