@@ -133,6 +133,16 @@ def write_bag(path, form='mcap', pairs=None, topics=TOPICS, image=BagOf.image, i
     return path
 
 
+def name_of(form):
+    """Return a name for a bag of a format."""
+    return 'bag.bag' if form == 'ros1' else form
+
+
+def file_of(bag):
+    """Return the file with the messages of a bag that has one."""
+    return bag if bag.is_file() else next(bag.glob('*.[md][cb]*'))
+
+
 @contextmanager
 def open_bag(path):
     """Give an AnyReader of a bag."""
@@ -142,8 +152,7 @@ def open_bag(path):
 
 def write_torn_bag(path, pairs, number, form='mcap', **bytes_torn):
     """Write a bag of pairs and `tear` it at a pair."""
-    write_bag(path, form, pairs)
-    file = path if path.is_file() else next(path.glob('*.db3' if form == 'sqlite3' else '*.mcap'))
+    file = file_of(write_bag(path, form, pairs))
     file.write_bytes(torn(file.read_bytes(), pairs[number], **bytes_torn))
 
 

@@ -3,7 +3,8 @@
 """Bags of every kind give the same stream of messages, up to where they are damaged."""
 from fuzzy_stereo_ros.bags.reading import BagReader, BagTopic, read_stamped
 from fuzzy_stereo_ros.pairs.messages import read_image, stamp_of
-from made_bags import BagOf, BEGIN, FORMATS, LATER, scene, stamps, STEP, TOPICS, write_bag
+from made_bags import (
+    BagOf, BEGIN, FORMATS, LATER, name_of, scene, stamps, STEP, TOPICS, write_bag)
 import numpy as np
 import pytest
 
@@ -17,10 +18,6 @@ def folder(tmp_path_factory):
     for form in FORMATS:
         write_bag(folder / name_of(form), form)
     return folder
-
-
-def name_of(form):
-    return 'bag.bag' if form == 'ros1' else form
 
 
 def rejection_of(*paths):

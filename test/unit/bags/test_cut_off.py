@@ -14,7 +14,7 @@ from fuzzed import examples
 from fuzzy_stereo_ros.bags.cut_off import Mcap
 from fuzzy_stereo_ros.bags.reading import BagReader, read_stamped
 from hypothesis import given, strategies as st
-from made_bags import BagOf, FORMATS, TOPICS, write_bag
+from made_bags import BagOf, file_of, FORMATS, name_of, TOPICS, write_bag
 import numpy as np
 import pytest
 from rosbags.rosbag1 import Writer as Writer1
@@ -121,14 +121,6 @@ def written(files):
 def temporary(tmp_path, monkeypatch):
     """Have a folder of its own for what is temporary."""
     monkeypatch.setattr(tempfile, 'tempdir', str(tmp_path))
-
-
-def name_of(form):
-    return 'bag.bag' if form == 'ros1' else form
-
-
-def file_of(bag):
-    return bag if bag.is_file() else next(bag.glob('*.[md][cb]*'))
 
 
 def read_all(path):

@@ -117,16 +117,6 @@ def test_texts_of_messages_are_told_short_and_without_what_a_terminal_obeys():
         assert len(str(rejection)) < 600
 
 
-def test_binning_and_region_change_focal_length_and_offset_but_not_the_baseline():
-    changes = {'binning_x': 2, 'binning_y': 2}
-    calibration = read_calibration(
-        info(roi=region(x_offset=10, height=60, width=80), **changes),
-        info(tx=-24.0, cx=60.0, roi=region(x_offset=4, height=60, width=80), **changes))
-    assert calibration.focal == 100.0
-    assert calibration.baseline == pytest.approx(0.12)
-    assert calibration.offset == ((50 - 10) - (60 - 4)) / 2
-
-
 @pytest.mark.parametrize('left, right, sentence', [
     ({}, {'tx': 24.0}, 'the baseline is -0.12 m: left and right are swapped, or Tx is in'),
     ({}, {'p': projection(p7=-24.0)}, 'Ty of the pair is -24: the cameras are mounted one above'),
@@ -178,17 +168,19 @@ def test_a_doubtful_calibration_is_used_with_remarks(left, right, remarks):
        cx=st.floats(26, 74), cy=st.floats(21, 59), cut=st.booleans(), offset=st.floats(-1, 1),
        rounding=st.floats(-1e-7, 1e-7), height=st.floats(-0.009, 0.009),
        k=st.sampled_from([[0.0] * 9, [float('nan')] * 9, []]))
-def test_a_calibration_of_a_rectified_pair_gets_no_remark_by_p_alone_whatever_k_is(
+def test_a_rectified_pair_has_metres_by_binning_and_regions_and_no_remark_whatever_k_is(
         focal, baseline, binning, cx, cy, cut, offset, rounding, height, k):
     cameras = [info(p=[focal, focal * rounding, centre, tx, 0, focal, cy, height * tx, rounding, 0,
                        1 + rounding, 0], binning_x=binning, binning_y=binning)
                for centre, tx in ((cx, 0), (cx - offset, -focal * baseline))]
     if cut:         # out of a larger image
-        for one in cameras:
-            one.p[2], one.p[6] = one.p[2] + 300, one.p[6] + 200
-            one.width, one.height, one.roi = 640, 480, region(300, 200, 80, 100)
+        for one, x in zip(cameras, (300, 294)):
+            one.p[2], one.p[6] = one.p[2] + x, one.p[6] + 200
+            one.width, one.height, one.roi = 640, 480, region(x, 200, 80, 100)
     found = read_calibration(*cameras)
     assert found.remarks == ()
+    assert (found.focal, found.baseline, found.offset) == pytest.approx(
+        (focal / binning, baseline, offset / binning), abs=1e-6)
     for one in cameras:
         one.k = k
     assert read_calibration(*cameras) == found
