@@ -12,12 +12,6 @@ def membership(intensity, centre, sigma):
     return math.exp(-(intensity - centre)**2 / (2 * sigma**2))
 
 
-def matching_possibility(first, second, sigma):
-    """Return Eq. 2 of two pixels: by black, average and white."""
-    return max(min(membership(level, centre, sigma) for level in (first, second))
-               for centre in (0, 127.5, 255))
-
-
 def target_column(column, index, min_disparity, columns):
     """Return the column of the match in the right image, or None outside of it."""
     seen = column - min_disparity - index
@@ -25,13 +19,15 @@ def target_column(column, index, min_disparity, columns):
 
 
 def possibility_volume(left, right, disparities, min_disparity, sigma):
-    """Return Eq. 2 of every (r, c, d): float64 (R, C, D)."""
+    """Return Eq. 2 of every (r, c, d), by black, average and white: float64 (R, C, D)."""
     volume = np.zeros((*left.shape, disparities))
     for row, column, index in np.ndindex(volume.shape):
         seen = target_column(column, index, min_disparity, left.shape[1])
         if seen is not None:
-            volume[row, column, index] = matching_possibility(
-                int(left[row, column]), int(right[row, seen]), sigma)
+            levels = int(left[row, column]), int(right[row, seen])
+            volume[row, column, index] = max(
+                min(membership(level, centre, sigma) for level in levels)
+                for centre in (0, 127.5, 255))
     return volume
 
 
@@ -130,8 +126,3 @@ def cell_fitness(genes, chosen, weights):
         step = abs(genes - around[1 + down:, 1 + right:][:rows, :columns])
         smooth += weight * np.where(step == 0, 8, np.where(step == 1, 7, 0))
     return chosen * smooth
-
-
-def chosen_of(planes, genes):
-    """Return how possible the match is that a chromosome chose: planes (D, R, C), genes (R, C)."""
-    return np.take_along_axis(planes, genes[np.newaxis].astype(np.int64), axis=0)[0]

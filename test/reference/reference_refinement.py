@@ -1,6 +1,7 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Plain twins of the way from chosen labels to disparities: validities, fills, medians, output."""
+import networkx
 import numpy as np
 from reference import windows
 from reference_search import doubled
@@ -21,24 +22,13 @@ def validities(labels, target, inside):
 
 
 def components(inside, joined):
-    """Return the 4-connected components of a mask as lists of places: flood fill."""
+    """Return the 4-connected components of a mask as lists of places: networkx."""
     # joined(place, near): whether two neighbours inside belong together.
-    rows, columns = inside.shape
-    unseen, found = inside.copy(), []
-    for start in np.ndindex(inside.shape):
-        if not unseen[start]:
-            continue
-        component = [start]
-        unseen[start] = False
-        for row, column in component:           # grows while it is walked
-            for near in ((row - 1, column), (row + 1, column), (row, column - 1),
-                         (row, column + 1)):
-                if (0 <= near[0] < rows and 0 <= near[1] < columns and unseen[near]
-                        and joined((row, column), near)):
-                    unseen[near] = False
-                    component.append(near)
-        found.append(component)
-    return found
+    graph = networkx.Graph()
+    graph.add_nodes_from(zip(*map(np.ndarray.tolist, np.nonzero(inside))))
+    graph.add_edges_from(pair for pair in networkx.grid_2d_graph(*inside.shape).edges if (
+        inside[pair[0]] and inside[pair[1]] and joined(*pair)))
+    return sorted(map(sorted, networkx.connected_components(graph)))
 
 
 def without_speckles(labels, validity, step, smallest):

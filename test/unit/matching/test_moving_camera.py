@@ -61,19 +61,14 @@ def errors(frames, camera, cold=False, **changes):
     return np.mean(found[2:])
 
 
-def views(random):
-    """Return a view of a camera that moves a little, as kernels take it."""
-    view = np.eye(3, 4) + random.normal(0, 0.01, (3, 4)) * [[1, 1, 30, 10], [1, 1, 30, 10],
-                                                            [0.02, 0.02, 5, 0.5]]
-    return tuple(view.ravel().tolist())
-
-
 @settings(max_examples=40)
 @given(rows=st.integers(1, 9), columns=st.integers(1, 12), seed=st.integers(0, 999))
 def test_kernels_that_move_maps_do_as_their_twins(rows, columns, seed):
     random = np.random.default_rng(seed)
     labels = random.uniform(0, 30, (rows, columns)).astype(np.float32)
-    view, lowest = views(random), random.choice((-3.0, 0.0, 4.5))
+    view = np.eye(3, 4) + random.normal(0, 0.01, (3, 4)) * [
+        [1, 1, 30, 10], [1, 1, 30, 10], [0.02, 0.02, 5, 0.5]]      # of a camera that moves little
+    view, lowest = tuple(view.ravel().tolist()), random.choice((-3.0, 0.0, 4.5))
     moved, source = np.zeros_like(labels), np.zeros(labels.shape, np.int32)
     warp.move_labels(labels, (view, lowest), (moved, source))
     expected = twins.move_labels(labels, lowest, view)

@@ -58,8 +58,8 @@ def test_every_fitness_of_every_generation_is_that_of_the_twin(
                 volume, chromosome, *norms, min_disparity, neighbourhood) / 255
         planes, weights = (memory[:, 1:-1, 1:columns + 1] for memory in (
             matcher._fitness.planes, matcher._fitness.weights))
-        return reference.cell_fitness(
-            chromosome, reference.chosen_of(planes, chromosome), weights).sum() / (255 * 32 * 8)
+        chosen = np.take_along_axis(planes, chromosome[np.newaxis].astype(np.int64), axis=0)[0]
+        return reference.cell_fitness(chromosome, chosen, weights).sum() / (255 * 32 * 8)
 
     def check(number, population):
         numbers.append(number)

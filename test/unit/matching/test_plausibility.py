@@ -37,13 +37,6 @@ def plain(level, noise=1.5, seed=0):
     return noisy([wall], noise, np.random.default_rng(seed))[0]
 
 
-def deep(image, hot, random):
-    """Return an image as of a sensor of 12 bits with a number of hot pixels, uint16."""
-    image = image.astype(np.uint16) * 16
-    image[tuple(random.integers(0, side, hot) for side in image.shape[:2])] = 65535
-    return image
-
-
 @pytest.mark.parametrize('seed', range(6))
 def test_swapped_images_are_told_whatever_the_scene_the_light_the_range_and_a_hot_pixel(seed):
     """Where infinity is known, even if the range includes all and matches."""
@@ -56,8 +49,10 @@ def test_swapped_images_are_told_whatever_the_scene_the_light_the_range_and_a_ho
     dull, hot = random.choice([1.0, 0.15]), int(random.integers(0, 3))
     pair = [np.rint(118 + dull * (image - 128.0)).astype(np.uint8) for image in made[:2]] if (
         dull < 1) else made[:2]
-    if hot:
-        pair = [deep(image, hot, random) for image in pair]
+    if hot:     # pixels of a sensor of 12 bits
+        pair = [image.astype(np.uint16) * 16 for image in pair]
+        for image in pair:
+            image[tuple(random.integers(0, side, hot) for side in image.shape[:2])] = 65535
     assert finding(*pair, config, infinity) is None
     found = finding(*pair[::-1], config, infinity)
     if found is None:       # nobody knows that infinity is not at the first disparity

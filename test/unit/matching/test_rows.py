@@ -40,14 +40,6 @@ def known(made, right=None):
             made.visible.astype(np.float32))
 
 
-def matched(pairs, disparities, **changes):
-    """Return the Misalignment of (left, right)s that are matched one after the other."""
-    matcher = StereoMatcher(MatcherConfig(disparities=disparities, **changes))
-    for left, right in pairs:
-        match = matcher.match(left, right)
-    return match.misalignment
-
-
 FORMS = [lambda image: image, lambda image: image.astype(np.uint16) * 250,
          lambda image: np.stack([image] * 3, 2), lambda image: (0.4 * image + 60).astype(np.uint8)]
 
@@ -157,8 +149,8 @@ def test_invalid_pixels_take_no_part_and_the_right_image_as_reference_tells_the_
     assert len(found) > 10
     assert (found[:, 0] < 160).all() and (found[:, 1] >= 119).all()
     right = misaligned(scene.right, tilt=0.7, roll=0.2)
-    one, other = (matched([(scene.left, right)], DISPARITIES, reference=reference)
-                  for reference in ('left', 'right'))
+    one, other = (StereoMatcher(disparities=DISPARITIES, reference=reference).match(
+        scene.left, right).misalignment for reference in ('left', 'right'))
     assert one[:2] == pytest.approx((0.7, np.deg2rad(0.2) * COLUMNS / 2), abs=0.1)
     assert other.terms == pytest.approx(one.terms, abs=0.1)
 
@@ -167,8 +159,8 @@ def test_invalid_pixels_take_no_part_and_the_right_image_as_reference_tells_the_
 def test_a_real_pair_fits_as_it_is_and_is_found_turned_by_a_fifth_of_a_degree(name):
     pair = middlebury(name) if name.islower() else third_size(
         name, 370, 413) if name else motorcycle()
-    plain, turned = (matched([(pair.left, right)], pair.disparities)
-                     for right in (pair.right, misaligned(pair.right, roll=0.2)))
+    plain, turned = (StereoMatcher(disparities=pair.disparities).match(
+        pair.left, right).misalignment for right in (pair.right, misaligned(pair.right, roll=0.2)))
     assert plain.faults == []
     assert turned.faults == ['roll']
     assert turned.roll_degrees - plain.roll_degrees == pytest.approx(0.2, abs=0.025)

@@ -31,18 +31,11 @@ def frames(number, seed=0, pair=None, noise=1.5):
 
 @cache
 def settled():
-    """Return the state and the match of a frame that was searched in a scene at rest."""
+    """Return the state of a frame that was searched in a scene at rest."""
     matcher = StereoMatcher(CONFIG)
     *_, match = (matcher.match(*pair) for pair in frames(SETTLED + 1))
     assert not match.reused
-    return matcher.state, match
-
-
-def after_settling(**changes):
-    """Return a matcher whose next frame keeps the result if nothing moves."""
-    matcher = StereoMatcher(replace(CONFIG, **changes))
-    matcher.restore(settled()[0])
-    return matcher
+    return matcher.state
 
 
 def with_object(rows, columns, sides='left and right'):
@@ -84,7 +77,8 @@ def test_one_frame_in_so_many_is_searched_once_nothing_has_moved_for_long():
          'threads', 'deadline'])
 def test_whatever_changes_is_searched_at_once_but_for_what_fits_in_a_tile_and_shows_nowhere(
         change, settings, kept):
-    matcher = after_settling(**settings)
+    matcher = StereoMatcher(replace(CONFIG, **settings))
+    matcher.restore(settled())
     assert [matcher.match(*pair).reused for pair in frames(len(kept), 1, change())] == kept
 
 
@@ -127,7 +121,7 @@ def test_the_search_after_kept_frames_forgets_the_map_where_a_tile_changed_meanw
                                         (SECOND // 4, False), (2 * SECOND, False)])
 def test_a_result_is_kept_only_for_frames_that_follow_within_a_fifth_of_a_second(step, kept):
     matcher = StereoMatcher(CONFIG)
-    matcher.restore(replace(settled()[0], stamp=SECOND))
+    matcher.restore(replace(settled(), stamp=SECOND))
     assert matcher.match(*next(frames(1, 1)), stamp=SECOND + step).reused is kept
 
 

@@ -235,13 +235,6 @@ def test_the_tiles_of_what_is_new_are_seen_as_they_are(noise, place, step):
     assert same[~touched].mean() > 0.9
 
 
-def shifted(picture, right):
-    """Return a picture moved to the right by a fraction of a pixel."""
-    return cv2.warpAffine(picture.astype(np.float32), np.float32([[1, 0, right], [0, 1, 0]]),
-                          picture.shape[::-1], flags=cv2.INTER_CUBIC,
-                          borderMode=cv2.BORDER_REPLICATE).astype(float)
-
-
 @pytest.mark.parametrize('speed', [0.02, 0.05, 0.2])
 def test_an_average_does_not_lag_behind_what_moves_slowly_in_little_contrast(speed):
     texture = cv2.GaussianBlur(np.random.default_rng(5).normal(0, 1, SIZE), (0, 0), 2)
@@ -249,7 +242,9 @@ def test_an_average_does_not_lag_behind_what_moves_slowly_in_little_contrast(spe
     slope = np.gradient(texture, axis=1)
     lags = []
     for frames in range(8, 40, 4):
-        scenes = [shifted(texture, speed * frame) for frame in range(frames)]
+        scenes = [cv2.warpAffine(
+            texture, np.float32([[1, 0, speed * frame], [0, 1, 0]]), SIZE[::-1],
+            flags=cv2.INTER_CUBIC, borderMode=cv2.BORDER_REPLICATE) for frame in range(frames)]
         lags.append([((scenes[-1] - image) * slope).sum() / (slope**2).sum()
                      for image in images_of(follow(scenes, 2.0))])
     assert abs(np.mean(lags)) < 0.08

@@ -69,26 +69,17 @@ def test_a_dark_pair_is_brought_to_16_bits_but_for_few_bright_pixels(bright, pla
     assert luminance_shift(dark, lit) == luminance_shift(lit, dark) == places
 
 
-ROWS, COLUMNS = 96, 160
-
-
-def estimated(image):
-    """Return the noise that is found in an image, grey levels."""
-    full, half = (CensusPicture(ROWS // size, COLUMNS // size, False, 0) for size in (1, 2))
-    full.read(image, 0, 8, 0, ROWS)
-    full.halve(half, 0, half.rows)
-    estimate = NoiseEstimate(ROWS, COLUMNS)
-    for first in range(0, ROWS, 32):
-        estimate.measure(full, half, first, first + 32)
-    return estimate.level
-
-
 @pytest.mark.parametrize('sigma', [1.0, 2.0, 4.0])
 def test_noise_is_found_to_a_tenth_on_a_picture_that_rises_slowly(sigma):
-    grey = 60 + np.add.outer(np.arange(ROWS) / 9, np.arange(COLUMNS) / 7)
+    grey = 60 + np.add.outer(np.arange(96) / 9, np.arange(160) / 7)
     noise = np.random.default_rng(3).normal(0, sigma, grey.shape)
-    found = estimated(np.rint(grey + noise).astype(np.uint8))
-    assert 0.8 * sigma < found < 1.1 * sigma
+    full, half = (CensusPicture(96 // size, 160 // size, False, 0) for size in (1, 2))
+    full.read(np.rint(grey + noise).astype(np.uint8), 0, 8, 0, 96)
+    full.halve(half, 0, half.rows)
+    estimate = NoiseEstimate(96, 160)
+    for first in range(0, 96, 32):
+        estimate.measure(full, half, first, first + 32)
+    assert 0.8 * sigma < estimate.level < 1.1 * sigma
 
 
 SIZE = 136, 171     # no multiples of a block
@@ -101,11 +92,6 @@ def texture(seed=0, smooth=1.5):
                     for sigma in (4 * smooth, smooth))
     picture = 120 + 25 * (coarse / coarse.std() + fine / fine.std()) + draw.normal(size=SIZE)
     return np.clip(np.rint(picture), 0, 255).astype(np.uint8)
-
-
-def compressed(image, quality):
-    return cv2.imdecode(cv2.imencode('.jpg', image, [cv2.IMWRITE_JPEG_QUALITY, quality])[1],
-                        cv2.IMREAD_UNCHANGED)
 
 
 def read(left, right):
@@ -163,7 +149,8 @@ def test_jpeg_is_seen_both_views_are_smoothed_and_matched_by_a_model_of_their_ow
     images = [texture(seed) for seed in (0, 1)]
     if channels:
         images = [np.stack([image, image - image // 8, image // 2], axis=2) for image in images]
-    images = [compressed(image, quality) for image in images]
+    images = [cv2.imdecode(cv2.imencode('.jpg', image, [cv2.IMWRITE_JPEG_QUALITY, quality])[1],
+                           cv2.IMREAD_UNCHANGED) for image in images]
     views = read(*images)
     assert views._smoothing.compressed == (model is not FULL_SIZE)
     assert views.full.model == model
