@@ -10,7 +10,6 @@ import re
 import subprocess
 import sys
 
-from fuzzy_stereo_ros import __version__
 from fuzzy_stereo_ros.commands import match as match_command
 from fuzzy_stereo_ros.commands.command_line import commands, main
 from fuzzy_stereo_ros.evaluation.scores import score
@@ -158,12 +157,6 @@ def test_without_arguments_there_is_the_help_and_the_code_of_bad_input(capsys):
     out, err = capsys.readouterr()
     assert out == '' and err.startswith('usage: fuzzy-stereo [-h] [--version] COMMAND')
     assert all(re.search(f'^    {name}\\b', err, re.MULTILINE) for name in commands())
-
-
-def test_the_version_is_that_of_the_package(capsys):
-    with pytest.raises(SystemExit, match='^0$'):
-        main(['--version'])
-    assert capsys.readouterr().out == f'fuzzy-stereo {__version__}\n'
 
 
 def test_the_command_starts_without_the_libraries_that_are_optional():

@@ -95,7 +95,6 @@ SENTENCES = [
     ('evaluate scene --results grey', 'grey/scene.png has 8 bits; results are'),
     ('evaluate scene --results many', 'many/scene has 2 files that end with .npy'),
     ('evaluate scene --results ours=good', "two matchers have the name 'ours'"),
-    ('evaluate scene --results good --results good', "two matchers have the name 'good'"),
     # ---- replay: topics, parts and cameras of a bag ----
     ('replay bag --output out --left nothing', '--left is /nothing, which is no topic of images '
      'in bag; there are /left/image_rect, /right/image_rect'),
@@ -194,9 +193,8 @@ def files(tmp_path_factory):
     made_bags.write_bag(folder / 'bag')
     made_bags.write_bag(folder / 'bare', infos=False)
     for number, frame in enumerate(made_bags.scene(2)):
-        for side in ('left', 'right'):
-            (folder / 'frames' / side).mkdir(parents=True, exist_ok=True)
-            write_image(folder / 'frames' / side / f'{side}_{number}.png', getattr(frame, side))
+        write_images(folder / 'frames', frame, *(
+            f'{side}/{side}_{number}.png' for side in ('left', 'right')))
     (folder / 'names').mkdir()
     write_image(folder / 'names' / 'a.png', np.zeros((4, 4), np.uint8))
     return folder

@@ -3,10 +3,8 @@
 """What `fuzzy-stereo evaluate` measures of pairs whose disparities nobody knows."""
 import csv
 import json
-from pathlib import Path
 
 from fuzzy_stereo_ros.commands.command_line import main
-from fuzzy_stereo_ros.pairs.image_files import write_image
 from fuzzy_stereo_ros.synthetic.scenes import make_sequence
 import numpy as np
 import pytest
@@ -20,15 +18,10 @@ def folder(tmp_path, monkeypatch):
     """Work in a folder with the frames of a still scene, and with those of no scene."""
     monkeypatch.chdir(tmp_path)
     for number, pair in enumerate(make_sequence(60, 120, 24, 3, seed=3, noise=3.0)):
-        noise = np.random.default_rng(number).integers(0, 255, pair.left.shape, np.uint8)
-        for name, image in (('left', pair.left), ('right', pair.right), ('unlike', noise)):
-            write_image(_made(name) / f'{number}.png', image)
+        write_images(tmp_path, pair, f'left/{number}.png', f'right/{number}.png')
+        write_images(tmp_path, pair._replace(right=np.random.default_rng(number).integers(
+            0, 255, pair.left.shape, np.uint8)), f'left/{number}.png', f'unlike/{number}.png')
     return tmp_path
-
-
-def _made(name):
-    Path(name).mkdir(exist_ok=True)
-    return Path(name)
 
 
 def records(capsys, *words):

@@ -166,19 +166,16 @@ def test_points_of_a_raw_rig_come_to_the_same_row_at_the_disparity_of_their_dept
 
 
 def ros(folder, lens, d, cols=None):
-    return [written_camera(folder / f'{side}.yaml', lens, d, cols, tx)
-            for side, tx in (('left', 0), ('right', -20))]
-
-
-def written_camera(path, lens, d, cols, tx):
-    matrices = {'camera_matrix': (3, 3, np.diag([200.0, 200, 1])),
-                'distortion_coefficients': (len(d) // (cols or len(d) or 1), cols or len(d), d),
-                'rectification_matrix': (3, 3, np.eye(3)),
-                'projection_matrix': (3, 4, [200, 0, 160, tx, 0, 200, 120, 0, 0, 0, 1, 0])}
-    path.write_text(yaml.safe_dump({'image_width': 320, 'image_height': 240, **lens, **{
-        name: {'rows': rows, 'cols': cols, 'data': np.ravel(data).tolist()}
-        for name, (rows, cols, data) in matrices.items()}}))
-    return path
+    paths = [folder / 'left.yaml', folder / 'right.yaml']
+    for path, tx in zip(paths, (0, -20)):
+        matrices = {'camera_matrix': np.diag([200.0, 200, 1]), 'rectification_matrix': np.eye(3),
+                    'distortion_coefficients': np.reshape(d, (-1, cols or len(d) or 1)),
+                    'projection_matrix': np.array([[200, 0, 160, tx], [0, 200, 120, 0],
+                                                   [0, 0, 1, 0]])}
+        path.write_text(yaml.safe_dump({'image_width': 320, 'image_height': 240, **lens, **{
+            name: {'rows': values.shape[0], 'cols': values.shape[1],
+                   'data': values.ravel().tolist()} for name, values in matrices.items()}}))
+    return paths
 
 
 FOUR = [0.02, -0.01, 0.004, -0.001]

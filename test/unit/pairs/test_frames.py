@@ -83,12 +83,6 @@ def test_equal_names_in_several_folders_pair_within_each(tmp_path):
         (6, 7), (4, 5), (2, 3), (0, 1)]
 
 
-def without_duration(content):
-    """Return a .mkv as live recorders write it: a void element stands for its duration."""
-    place = content.index(b'\x44\x89\x88')
-    return content[:place] + b'\xec\x89' + content[place + 2:]
-
-
 @pytest.mark.parametrize('count', [1, 45])
 def test_a_video_that_does_not_know_its_length_is_read_to_its_end(tmp_path, count):
     video = cv2.VideoWriter(str(tmp_path / 'whole.mkv'), cv2.VideoWriter.fourcc(*'MJPG'), 30.,
@@ -97,7 +91,8 @@ def test_a_video_that_does_not_know_its_length_is_read_to_its_end(tmp_path, coun
         video.write(np.full((120, 320, 3), 5 * number, np.uint8))
     video.release()
     content = (tmp_path / 'whole.mkv').read_bytes()
-    (tmp_path / 'live.mkv').write_bytes(without_duration(content))
+    place = content.index(b'\x44\x89\x88')      # of its duration; live recorders write a void
+    (tmp_path / 'live.mkv').write_bytes(content[:place] + b'\xec\x89' + content[place + 2:])
     for name in ('whole.mkv', 'live.mkv'):
         frames = Frames([tmp_path / name])
         stamps = [stamp for stamp, _, _ in frames.pairs()]

@@ -6,12 +6,12 @@ import json
 import cv2
 from fuzzy_stereo_ros.commands.command_line import main
 from fuzzy_stereo_ros.pairs.disparity_files import read_disparity
-from fuzzy_stereo_ros.pairs.image_files import write_image
 from made_bags import COLUMNS, content, disparities, ROWS, scene
 from made_scenes import DISPARITIES, street, STREET_CAMERA
 import numpy as np
 import pytest
 from replayed import figures, matches
+from written_scenes import write_images
 
 STEP = 100_000_000      # ns, at the usual rate
 
@@ -20,10 +20,8 @@ STEP = 100_000_000      # ns, at the usual rate
 def folder(tmp_path, monkeypatch):
     """Work in a folder with the frames of two cameras."""
     monkeypatch.chdir(tmp_path)
-    for side in ('left', 'right'):
-        (tmp_path / side).mkdir()
-        for number, pair in enumerate(scene()):
-            write_image(tmp_path / side / f'{side}_{number}.png', getattr(pair, side))
+    for number, pair in enumerate(scene()):
+        write_images(tmp_path, pair, f'left/left_{number}.png', f'right/right_{number}.png')
     return tmp_path
 
 
@@ -79,10 +77,8 @@ def test_what_synthesise_writes_is_matched_with_its_cameras_and_resumed(folder, 
 
 
 def test_a_calibration_reaches_the_matcher_which_follows_the_camera_by_it(folder, capsys):
-    for side in ('left', 'right'):
-        for number, pair in enumerate(street()[:3]):
-            (folder / 'street' / side).mkdir(parents=True, exist_ok=True)
-            write_image(folder / 'street' / side / f'{number}.png', getattr(pair, side))
+    for number, pair in enumerate(street()[:3]):
+        write_images(folder / 'street', pair, f'left/{number}.png', f'right/{number}.png')
     found = figures(capsys, 'street', disparities=DISPARITIES, options=[
         '--files', 'npy', '--focal', STREET_CAMERA.fx, '--baseline', 0.12])
     assert found['calibration'].startswith('focal length ')

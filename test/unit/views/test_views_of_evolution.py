@@ -9,7 +9,6 @@ import cv2
 from fuzzy_stereo_ros.commands.command_line import main
 from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
 from fuzzy_stereo_ros.matching.paper.fitness import Lineage
-from fuzzy_stereo_ros.pairs.image_files import write_image
 from fuzzy_stereo_ros.synthetic.scenes import make_pair
 from fuzzy_stereo_ros.views import evolution as evolution_view
 from fuzzy_stereo_ros.views.evolution import (
@@ -20,6 +19,7 @@ from matplotlib.colors import to_rgb
 import numpy as np
 import pytest
 from rejected import rejection
+from written_scenes import write_images
 
 SHAPE = 60, 100
 CONFIGS = {
@@ -115,12 +115,6 @@ def test_at_most_five_are_shown_the_first_two_and_the_last_among_them(first, las
 # ---- the still and the film of an evolution show what its snapshots hold ----
 
 
-def fitness_of(figure, scale):
-    """Return the Axes of the fitness, whose title tells the scale."""
-    (place,) = (each for each in figure.axes if each.get_title() == f'fitness ({scale})')
-    return place
-
-
 @pytest.mark.parametrize('profile, changes, scale, origins', [
     ('paper', {'reading': 'literal'}, 'Eq. 3 as printed', 3), ('quality', {}, '1 is perfect', 2)])
 def test_the_still_shows_fitness_possibilities_and_where_genes_come_from(
@@ -136,7 +130,8 @@ def test_the_still_shows_fitness_possibilities_and_where_genes_come_from(
     (limits,) = {one.get_clim() for one in maps}
     most = max(np.percentile(one.get_array().data, 95) for one in maps)
     assert limits[0] == 0 and most <= limits[1] <= max(most + 0.05, 0.05)
-    for line, name in zip(fitness_of(figure, scale).lines, ('best', 'mean', 'worst'), strict=True):
+    (fitness,) = (each for each in figure.axes if each.get_title() == f'fitness ({scale})')
+    for line, name in zip(fitness.lines, ('best', 'mean', 'worst'), strict=True):
         assert line.get_label() == name
         np.testing.assert_allclose(line.get_ydata(), [
             getattr(snapshot.fitness, {'best': 'max', 'worst': 'min'}.get(name, name))()
@@ -177,10 +172,8 @@ FRAMES = 2
 def folders(tmp_path, monkeypatch):
     """Return two folders of images in the working folder."""
     monkeypatch.chdir(tmp_path)
-    for side in ('left', 'right'):
-        (tmp_path / side).mkdir()
-        for number in range(FRAMES):
-            write_image(tmp_path / side / f'{number:02}.png', getattr(PAIR, side))
+    for number in range(FRAMES):
+        write_images(tmp_path, PAIR, f'left/{number:02}.png', f'right/{number:02}.png')
     return tmp_path / 'left', tmp_path / 'right'
 
 
