@@ -17,10 +17,8 @@ from fuzzy_stereo_ros.synthetic.scenes import make_sequence
 from made_scenes import bits, shifted_pair
 import numpy as np
 import pytest
-from repository import ROOT
 
 SOON = 60.0     # s; nothing here takes long, events are awaited: when to give up
-KERNELS = ROOT / 'fuzzy_stereo_ros'
 CALIBRATION = centred_calibration(100.0, 0.1, 0.0, 60, 80)
 PAIR = StereoPair(*shifted_pair(3), calibration=CALIBRATION, stamp=None)
 
@@ -189,10 +187,3 @@ def test_after_an_internal_error_the_next_pair_is_matched_as_by_a_new_matcher(mo
     found, expected = (one.match(frames[4]).match for one in (matcher, fresh))
     assert not found.warm
     assert bits(found) == bits(expected)
-
-
-def test_no_kernel_is_parallel_as_two_threads_call_them():
-    for path in KERNELS.rglob('*.py'):
-        text = path.read_text(encoding='utf-8')
-        assert 'parallel=True' not in text, path
-        assert 'prange' not in text, path

@@ -199,24 +199,18 @@ def test_what_does_not_belong_together_is_rejected_with_a_sentence(tmp_path, dam
     assert str(caught.value).endswith('use the version of fuzzy_stereo_ros that wrote it')
 
 
-def test_genes_of_a_population_beyond_the_range_are_rejected():
-    *_, saved = running('paper', population=6, generations=3)
-    assert saved.state.own.genes.shape[0] == 6
-    own = saved.state.own
-    for genes, words in ((own.genes + np.uint16(24), 'the state has genes out of range'),
-                         (own.genes[:0], 'the state has genes out of range'),
-                         (own.genes.astype(np.uint8),
-                          r'genes of the state is uint8 \(6, 60, 100\); needed is')):
-        with pytest.raises(ValueError, match=words):
-            replace(saved, state=replace(saved.state, own=own._replace(genes=genes)))
-
-
 def test_what_could_not_be_read_again_is_not_written():
-    *_, saved = running()
-    for words, state in {
-            'the state is of the right image, the match of the left': replace(
-                saved.state, config=replace(saved.config, reference='right')),
-            'still_disparity of the state is float32 .0, 0.; needed': replace(
-                saved.state, own=saved.state.own._replace(still=SETTLED))}.items():
+    saved, paper = running()[-1], running('paper', population=6, generations=3)[-1]
+    state, own, genes = saved.state, paper.state.own, paper.state.own.genes
+    assert genes.shape[0] == 6
+    for pair, words, changes in (
+            (saved, 'the state is of the right image, the match of the left',
+             {'config': replace(state.config, reference='right')}),
+            (saved, 'still_disparity of the state is float32 .0, 0.; needed',
+             {'own': state.own._replace(still=SETTLED)}),
+            *((paper, words, {'own': own._replace(genes=found)}) for found, words in (
+                (genes + np.uint16(24), 'the state has genes out of range'),
+                (genes[:0], 'the state has genes out of range'),
+                (genes.astype(np.uint8), r'genes of the state is uint8 \(6, 60, 100\); needed')))):
         with pytest.raises(ValueError, match=words):
-            replace(saved, state=state)
+            replace(pair, state=replace(pair.state, **changes))

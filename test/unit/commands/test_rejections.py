@@ -110,8 +110,6 @@ SENTENCES = [
      'with a calibration file'),
     ('replay bag --output out --focal 200', 'a calibration that is not that of the bag needs the '
      'cameras: give --baseline'),
-    ('replay bare --output out --focal 200 --baseline -1', '--baseline is -1; allowed are numbers '
-     'above 0'),
     ('replay bare --output out --focal 200 --baseline 1 --rectify', '--rectify and --crop need '
      'the calibration of both raw cameras: those of a bag, or --calibration with files of both'),
     # ---- replay: outputs and values ----
@@ -142,7 +140,6 @@ SENTENCES = [
     ('replay frames/left no*.png --output out', 'no*.png has no images (.png, '),
     ('replay frames --output out --keep', '--keep names topics of a bag'),
     ('replay frames --output out --rate 0', '--rate is 0; allowed are numbers above 0'),
-    ('replay frames --output out --with depth', 'needs the cameras: give --focal and'),
     ('replay bag --output out --workers 0', '--workers is 0; allowed are whole numbers from 1'),
     ('replay bag --output out --workers 2 --scheduler tcp://127.0.0.1:1', '--workers starts '
      'workers, --scheduler uses those of a cluster: give one of them'),

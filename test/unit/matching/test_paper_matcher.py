@@ -17,11 +17,6 @@ READINGS = ['literal', 'uniform']
 INITIAL = ['random', 'winner_takes_all']
 
 
-def pair(shape=(ROWS, COLUMNS)):
-    """Return a textured wall, seen with one disparity."""
-    return shifted_pair(3, *shape)
-
-
 def config_for(**changes):
     settings = {'disparities': DISPARITIES, 'population': 20, 'generations': 8, 'threads': 1,
                 'neighbourhood': 5, 'warm_start': False}
@@ -31,7 +26,8 @@ def config_for(**changes):
 def evolved(**changes):
     """Return the matcher of a wall and what it returned."""
     config, matcher = config_for(**changes), PaperMatcher(config_for(**changes), ROWS, COLUMNS)
-    match, state = matcher.match(*pair(), None, Random((0, 0)), Budget(config.generations, 0, 0))
+    match, state = matcher.match(*shifted_pair(3, ROWS, COLUMNS), None, Random((0, 0)),
+                                 Budget(config.generations, 0, 0))
     assert state is None
     return matcher, match
 
@@ -43,7 +39,7 @@ def evolved(**changes):
 def test_every_fitness_of_every_generation_is_that_of_the_twin(
         rows, columns, disparities, min_disparity, neighbourhood, reading, initial):
     """Also of the elite, beside the line of crossover, and where the retained were fused."""
-    left, right = pair(shape=(rows, columns))
+    left, right = shifted_pair(3, rows, columns)
     volume = np.rint(255 * reference.possibility_volume(
         left, right, disparities, min_disparity, 54.0)).astype(np.int64)
     norms, numbers = (reference.sobel_norm(left), reference.sobel_norm(right)), []

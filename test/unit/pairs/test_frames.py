@@ -13,15 +13,11 @@ import numpy as np
 import pytest
 
 
-def image(number):
-    return np.full((4, 6), number, np.uint8)
-
-
 def written(folder, names):
     """Write an image for each name, of the level that is its place; return the folder."""
     for number, name in enumerate(names):
         (folder / name).parent.mkdir(parents=True, exist_ok=True)
-        write_image(folder / name, image(number))
+        write_image(folder / name, np.full((4, 6), number, np.uint8))
     return folder
 
 

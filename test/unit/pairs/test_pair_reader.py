@@ -269,10 +269,6 @@ NAMES = {'plumb_bob': (['plumb_bob', 'radial-tangential'], [[]]),
          '': (['', 'plumb_bob', 'unheard of'], [[], [0.0] * 6])}
 
 
-def places_of(camera_info, rows=ROWS, columns=COLUMNS):
-    return np.stack(raw_positions('left', camera_info, rows, columns))
-
-
 @examples(40)
 @given(data=st.data(), model=st.sampled_from([*LENSES]), side=st.sampled_from([0, 1]),
        depth=st.floats(0.5, 20), bins=st.tuples(*2 * [st.integers(1, 4)]),
@@ -294,8 +290,8 @@ def test_a_rectified_pixel_comes_from_where_the_camera_sees_its_point(
     seen = np.stack(camera.sees(points))[
         :, y:y + rows * down:down, x:x + columns * across:across]
     np.testing.assert_allclose(
-        places_of(named, rows, columns), (seen - [[[x]], [[y]]]) / [[[across]], [[down]]],
-        rtol=0, atol=1e-4)
+        raw_positions('left', named, rows, columns),
+        (seen - [[[x]], [[y]]]) / [[[across]], [[down]]], rtol=0, atol=1e-4)
 
 
 @pytest.mark.parametrize('model, coefficients, last', [
@@ -308,7 +304,7 @@ def test_what_lies_beyond_where_a_lens_turns_back_comes_from_nowhere(model, coef
                   p=[30.0, 0, 50, 0, 0, 30, 40, 0, 0, 0, 1, 0])
     down, across = np.mgrid[:80, :100]
     radius = np.hypot(across - 50, down - 40) / 30
-    nowhere = (places_of(strong, 80, 100) == OFF_IMAGE).all(axis=0)
+    nowhere = np.equal(raw_positions('left', strong, 80, 100), OFF_IMAGE).all(axis=0)
     assert nowhere[radius > last + 0.01].all()
     assert not nowhere[radius < last - 0.01].any()
 
