@@ -85,12 +85,6 @@ def random_genes(key, disparities, share, chromosome):
 # ---- the paper: mutation ----
 
 
-def least_possible_cells(chosen, share):
-    """Return how many of the `share` least possible cells have each possibility: 256 numbers."""
-    until = np.bincount(chosen.ravel(), minlength=256).cumsum()
-    return np.diff(np.minimum(until, share * chosen.size), prepend=0)
-
-
 def thrown_patches(key, patches, neighbourhood, disparities, chosen, level, share_of_ties,
                    chromosome):
     """Return a chromosome with patches on its least possible cells."""

@@ -43,13 +43,6 @@ def costs(codes, target_codes, planes, target_planes, weights, disparities, firs
     return result
 
 
-def costs_with_prior(costs, surface, weights, dead_zone, cut):
-    """Return costs to which a prior is added, to within a unit of rounding."""
-    labels = np.arange(costs.shape[2])
-    away = np.clip(abs(labels - surface[..., np.newaxis]) - dead_zone, 0, cut)
-    return costs + weights[..., np.newaxis] * away
-
-
 def arms(colours, longest, near, alike, much_alike, surface, level):
     """Return the arms, (R, C, 4): left, right, up, down."""
     rows, columns = colours.shape[:2]
@@ -163,12 +156,6 @@ def local_planes(disparities, colours, radius, by_colour, limit, growth):
         offset = np.linalg.solve(normal, (places * weights * difference).sum(axis=(1, 2)))[0]
         result[row, column] = disparities[row, column] + np.clip(offset, -1, 1)
     return result
-
-
-def cost_at(cell, disparity, disparities):
-    """Return the cost of a disparity between those of its labels, (labels,)."""
-    known = cell[:disparities].astype(float)
-    return np.interp(disparity, np.arange(disparities), known)
 
 
 def surface_cost(surface, gene_costs, across, down, rules):

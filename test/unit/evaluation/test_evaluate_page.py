@@ -133,13 +133,6 @@ def test_a_scene_of_which_nobody_has_a_result_is_shown_without_figures(tmp_path)
         'left image', 'truth']
 
 
-def result_of(name, error):
-    """Return a Result without pictures to be drawn of matchers; error: percent, None = unknown."""
-    subject = SimpleNamespace(path=name, family='family', limit=1.0, layout='')
-    return Result(subject, (4, 5), 8, '', [] if error is None else [
-        {'matcher': 'ours', 'map': FILLED, 'mask': 'all', 'bad_dense_1': error}])
-
-
 def test_a_gallery_that_is_full_lets_go_of_what_cannot_be_ranked_and_then_of_the_middle(
         monkeypatch):
     monkeypatch.setattr(page, 'MOST_SCENES', 4)
@@ -147,7 +140,9 @@ def test_a_gallery_that_is_full_lets_go_of_what_cannot_be_ranked_and_then_of_the
     gallery = Gallery('ours')
     for name, error in (('a', 3.0), ('b', None), ('c', 1.0), ('d', 9.0), ('e', 5.0), ('f', 4.0),
                         ('g', 0.5)):
-        gallery.show(known, result_of(name, error), {})
+        subject = SimpleNamespace(path=name, family='family', limit=1.0, layout='')
+        gallery.show(known, Result(subject, (4, 5), 8, '', [] if error is None else [
+            {'matcher': 'ours', 'map': FILLED, 'mask': 'all', 'bad_dense_1': error}]), {})
     assert {'g', 'd'} < set(gallery.shown)
     assert len(gallery.shown) == 4 and 'b' not in gallery.shown
     assert (gallery.ranked()[0], gallery.ranked()[-1]) == ('g', 'd')

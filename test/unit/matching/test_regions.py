@@ -181,18 +181,6 @@ def patches(seed, rows, columns):
     return grey.astype(np.uint16), (draw.random((rows, columns)) < 0.95).astype(np.uint8)
 
 
-def grown(grey, weak):
-    """Return the regions of a picture, as kernels write them, how many, and their numbers."""
-    found = GreyRegions(*grey.shape, (400, 3), 6)
-    found.grow(ThreadPool(1), np.pad(grey, MARGIN, 'edge'), weak)
-    (begin, end, _, region), row_runs = found.regions
-    numbers = np.full(grey.shape, -1)
-    for row in range(len(grey)):
-        for run in range(*row_runs[row]):
-            numbers[row, begin[run]:end[run]] = region[run]
-    return found.regions, found.number, numbers
-
-
 @settings(max_examples=60)
 @given(st.integers(0, 2**20), st.integers(1, 12), st.integers(1, 25),
        st.sampled_from([1, 3, 7, 200]), st.integers(1, 5),
@@ -201,7 +189,13 @@ def grown(grey, weak):
 def test_regions_their_points_and_mutants_are_those_of_the_twins_however_rows_are_cut(
         seed, rows, columns, most, parts, inside):
     grey, weak = patches(seed, rows, columns)
-    regions, number, numbers = grown(grey, weak)
+    found = GreyRegions(rows, columns, (400, 3), 6)
+    found.grow(POOL, np.pad(grey, MARGIN, 'edge'), weak)
+    regions, number, numbers = found.regions, found.number, np.full(grey.shape, -1)
+    (begin, end, _, region), row_runs = regions
+    for row in range(rows):
+        for run in range(*row_runs[row]):
+            numbers[row, begin[run]:end[run]] = region[run]
     np.testing.assert_array_equal(numbers, reference_regions.regions(grey, weak, 400, 200, 3, 6))
     assert number == numbers.max() + 1
 
