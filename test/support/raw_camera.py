@@ -49,16 +49,14 @@ class RawCamera:
 
     def sees(self, points):
         """Return x and y in the raw image of points."""
-        turned = np.tensordot(self.rotation.T, points - self._place(points.ndim), 1)
+        place = np.reshape([self.right, 0, 0], (3,) + (1,) * (points.ndim - 1))
+        turned = np.tensordot(self.rotation.T, points - place, 1)
         x, y = _bent(self.model, turned[0] / turned[2], turned[1] / turned[2])
         return self.focal[0] * x + self.centre[0], self.focal[1] * y + self.centre[1]
 
     def raw(self, image):
         """Return what the camera would see of a rectified image (R, C) or (R, C, 3)."""
         return cv2.remap(image, *_sources(self), cv2.INTER_LANCZOS4)
-
-    def _place(self, dimensions):
-        return np.reshape([self.right, 0, 0], (3,) + (1,) * (dimensions - 1))
 
 
 @cache

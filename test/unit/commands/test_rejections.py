@@ -18,6 +18,7 @@ from written_scenes import pair, write_images, write_named
 
 MATCH, EVOLVE = (f'{name} left.png right.png --disparities ' for name in ('match', 'evolve'))
 TAKEN = '--saved has the images and the number of disparities; leave out LEFT, RIGHT and --dispa'
+ROSBAGS = 'rosbags', 'rosbags.rosbag2', 'rosbags.typesys'
 SENTENCES = [
     # ---- what is mistyped, and gets what was meant ----
     ('mach', '(did you mean match?)'),
@@ -152,19 +153,6 @@ SENTENCES = [
     ('bench accuracy --output page.html', 'suffix'),
     ('bench accuracy --population 0', 'population is 0')]
 
-# What is not installed, a command that needs it, and one that does not.
-ROSBAGS = 'rosbags', 'rosbags.rosbag2', 'rosbags.typesys'
-WITHOUT = [
-    (['pandas'], 'evaluate scene', 'evaluate', ''),
-    (['jinja2'], 'evaluate scene --html page.html', 'evaluate',
-     'evaluate scene --repeats 1 --matcher opencv:bm'),
-    (['matplotlib'], EVOLVE + '16 --picture a.png', 'matplotlib', EVOLVE + '16'),
-    (['distributed'], 'replay bag --output out --workers 2', 'cluster', ''),
-    (ROSBAGS, 'replay bag --output out', 'bags', ''),
-    (ROSBAGS, 'replay frames --output out', 'bags',
-     'replay frames --format none --output {} --files npy --disparities 16'),
-    (ROSBAGS, 'synthesise --output out --format bag', 'bags', 'synthesise --output {} --rows 9')]
-
 
 @pytest.fixture(scope='module')
 def files(tmp_path_factory):
@@ -209,7 +197,17 @@ def test_what_makes_no_sense_is_rejected_in_one_sentence(
     assert sentence in told
 
 
-@pytest.mark.parametrize('names, words, extra, others', WITHOUT)
+# What is not installed, a command that needs it, its extra, and a command that does not.
+@pytest.mark.parametrize('names, words, extra, others', [
+    (['pandas'], 'evaluate scene', 'evaluate', ''),
+    (['jinja2'], 'evaluate scene --html page.html', 'evaluate',
+     'evaluate scene --repeats 1 --matcher opencv:bm'),
+    (['matplotlib'], EVOLVE + '16 --picture a.png', 'matplotlib', EVOLVE + '16'),
+    (['distributed'], 'replay bag --output out --workers 2', 'cluster', ''),
+    (ROSBAGS, 'replay bag --output out', 'bags', ''),
+    (ROSBAGS, 'replay frames --output out', 'bags',
+     'replay frames --format none --output {} --files npy --disparities 16'),
+    (ROSBAGS, 'synthesise --output out --format bag', 'bags', 'synthesise --output {} --rows 9')])
 def test_a_library_that_is_not_installed_is_asked_for_where_it_is_needed_alone(
         files, tmp_path, monkeypatch, capsys, names, words, extra, others):
     monkeypatch.chdir(files)

@@ -6,14 +6,12 @@ from types import SimpleNamespace
 import cv2
 from fuzzy_stereo_ros.pairs.calibration import read_calibration
 from fuzzy_stereo_ros.pairs.messages import ENCODINGS, fill_pixels, read_image, SEMI_PLANAR
-from fuzzy_stereo_ros.pairs.stereo_pair import Projection, SIDES
+from fuzzy_stereo_ros.pairs.stereo_pair import SIDES
 from hypothesis import given, strategies as st
 from made_messages import (
     compressed, image, info, noise, projection, region, rejection_of)
 import numpy as np
 import pytest
-
-LEFT = Projection(200.0, 200.0, 50.0, 40.0)
 
 COLOURS = {'b': 40, 'g': 90, 'r': 200}
 BAYER = [f'bayer_{pattern}{bits}' for pattern in ('rggb', 'bggr', 'gbrg', 'grbg')
@@ -143,7 +141,7 @@ def test_without_a_baseline_a_calibration_has_no_metres_and_one_remark(changes):
     assert 'depth and points are left out; calibrate the two cameras as a pair' in remark
 
 
-DOUBTFUL = [
+@pytest.mark.parametrize('left, right, remarks', [
     ({}, {'tx': -24000.0}, ['the baseline is 120 m; if that is meant to be cm or mm, all depths '
                             'and points are 100 or 1000 times too far: P[3] of the right']),
     ({'tx': -91.0}, {'tx': -91.0}, ['the baseline is 0 m, as P[3] of both camera_info is the sa']),
@@ -153,10 +151,7 @@ DOUBTFUL = [
                                    'side the middle of 100x80 pixels: give the region']),
     ({'roi': region(y_offset=30, height=50)}, {'tx': -24.0, 'roi': region(y_offset=30, height=50)},
      [f'the principal point 50, 10 of the {side} camera_info is far' for side in SIDES]),
-    ({}, {'p': projection(p0=210.0, p3=-21.0, p6=42.0)}, ['fx is 200', 'cy is 40'])]
-
-
-@pytest.mark.parametrize('left, right, remarks', DOUBTFUL)
+    ({}, {'p': projection(p0=210.0, p3=-21.0, p6=42.0)}, ['fx is 200', 'cy is 40'])])
 def test_a_doubtful_calibration_is_used_with_remarks(left, right, remarks):
     calibration = read_calibration(info(**left), info(**right))
     assert calibration.focal == info(**right).p[0]
