@@ -42,18 +42,13 @@ def _after(start, size):
     return start + -(-size // LINE) * LINE + LINE
 
 
-def _size_of(shape, dtype):
-    """Return the bytes of an array."""
-    return dtype.itemsize * math.prod(np.atleast_1d(shape).tolist())
-
-
 _block = _Block(BLOCK)
 
 
 def zeros(shape, dtype=float):
     """Return an array of zeros, aligned to a cache line, in large pages where available."""
     dtype = np.dtype(dtype)
-    size = _size_of(shape, dtype)
+    size = dtype.itemsize * math.prod(np.atleast_1d(shape).tolist())
     if size < SMALL:
         return np.zeros(shape, dtype)
     block = _block if size < OWN else _Block(size + LINE)

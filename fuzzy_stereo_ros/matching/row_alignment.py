@@ -28,8 +28,7 @@ NEWEST = 3          # measured pairs that together show a knock
 KNOCK = 0.5         # px by which these significantly differ from those before them
 LONGEST_PAUSE = 512     # pairs between two searches for features where these are few
 BLOCK_SIDE, UNIQUE = 7, 10  # block matching that confirms features: px of a side, % of margin
-# rows of a strip, of which every third is matched, at the least, and pixels that are enough
-STRIP, EVERY, ENOUGH = 16, 3, 25_000
+STRIP, EVERY, ENOUGH = 16, 3, 25_000    # rows of which one strip in 3 is matched; pixels at least
 HIDDEN = 1.5        # px beyond the right image from which a row is not matched
 LOWER = 0.85        # share of the usual confidence, below which rows may have changed
 FEWER = 0.99        # least share of the matches with the new rows, relative to the old ones

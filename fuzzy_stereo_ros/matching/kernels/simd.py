@@ -218,11 +218,6 @@ def total(typing, vector):
     return generated(types.int64(VECTOR[16]), generate)
 
 
-def _bits_where_equal(builder, a, b):
-    """Return a number of LLVM's with a bit set for each equal lane."""
-    return builder.bitcast(builder.icmp_unsigned('==', a, b), ir.IntType(a.type.count))
-
-
 def _lowest_set_bit(builder, bits):
     """Return the index of the lowest set bit as a number of 64 bits."""
     kind, index = bits.type, ir.IntType(64)
@@ -234,7 +229,8 @@ def _lowest_set_bit(builder, bits):
 @intrinsic
 def equal_bits(typing, a, b):
     """Return a uint32 with a bit set for each equal lane."""
-    return generated(types.uint32(a, b), _bits_where_equal)
+    return generated(types.uint32(a, b), lambda builder, one, other: builder.bitcast(
+        builder.icmp_unsigned('==', one, other), ir.IntType(one.type.count)))
 
 
 @intrinsic

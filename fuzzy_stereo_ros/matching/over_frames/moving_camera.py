@@ -155,7 +155,8 @@ class MovingCamera:
         self.motion, self.description = between(
             before.half_grey, half_grey, before.cells, before.cell_validity, self.lowest, camera)
         if self.motion is not None:
-            warp.move_labels(before.cells, self.kernel_motion(_between_cells(self.motion.forward)),
+            between_cells = to_pixels(self.motion.forward) * [[0.5], [0.5], [1.0]]
+            warp.move_labels(before.cells, self.kernel_motion(between_cells),
                              (self.moved, self.source))
         return self.motion is not None
 
@@ -228,11 +229,6 @@ class MovingCamera:
 def to_pixels(matrix):
     """Return a matrix of pixels as one from cells to pixels."""
     return matrix * (2.0, 2.0, 1.0, 1.0)
-
-
-def _between_cells(matrix):
-    """Return a matrix of pixels as one from cells to cells."""
-    return to_pixels(matrix) * [[0.5], [0.5], [1.0]]
 
 
 def _of_centres(matrix):

@@ -9,7 +9,7 @@ edges are sorted, and noise joins no regions across an edge. Their coordinates a
 half-size image; its pixel (y, x) stands for the full pixels (2 y .. 2 y + 1, 2 x .. 2 x + 1).
 """
 from fuzzy_stereo_ros.matching.kernels.addresses import next_byte
-from fuzzy_stereo_ros.matching.kernels.compiled import called, inlined, kernel
+from fuzzy_stereo_ros.matching.kernels.compiled import inlined, kernel
 from fuzzy_stereo_ros.matching.kernels.planes.fits import (
     agreeing, AGREEMENT, best_of_random, LEAST_POINTS, least_squares)
 from fuzzy_stereo_ros.matching.kernels.possibility.features import MARGIN
@@ -58,12 +58,6 @@ def sort_edges(values, differences, starts, order):
     return number
 
 
-@called
-def _neighbour(edge, columns):
-    """Return the pixel that an edge leads to from pixel edge // 2."""
-    return edge // 2 - (columns if edge % 2 else 1)
-
-
 @kernel
 def join_pixels(order, differences, scale, smallest, parent, size, inner, labels):
     """
@@ -78,7 +72,8 @@ def join_pixels(order, differences, scale, smallest, parent, size, inner, labels
         parent[pixel], size[pixel], inner[pixel] = pixel, 1, 0
     for few in range(2):
         for edge in order:
-            one, other = root(parent, edge // 2), root(parent, _neighbour(edge, columns))
+            pixel = edge // 2
+            one, other = root(parent, pixel), root(parent, pixel - (columns if edge % 2 else 1))
             if one == other:
                 continue
             if few:

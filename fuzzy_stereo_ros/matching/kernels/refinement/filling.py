@@ -70,11 +70,7 @@ def pad_map(values, columns, padded, first, last):
 
 @called
 def _median(drops, count, span, bits):
-    """
-    Return the median drop of `count` neighbours, bit by bit.
-
-    drops: by how much each is below the largest label, at most `span`; 0 where it does not count
-    """
+    """Return the median of `count` drops below the largest label, at most `span`, bit by bit."""
     half = shift_right(count, 1)
     zero = splat_like(count, 0)
     result = zero

@@ -57,12 +57,8 @@ class Tiles(NamedTuple):
 
 @inlined
 def stride_of(count):
-    """
-    Return the bytes from a line of a tile with so many genes to the next.
-
-    An odd number of vectors, as lines that are a power of two apart evict each other.
-    """
-    return (count | 1) * LANES
+    """Return the bytes from a line of a tile with so many genes to the next."""
+    return (count | 1) * LANES      # lines that are a power of two apart evict each other
 
 
 @called

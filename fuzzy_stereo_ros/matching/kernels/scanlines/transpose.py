@@ -50,9 +50,5 @@ def _transposed(typing, source, target, stride):
 
 @called
 def transpose(source, target, stride):
-    """
-    Write the 32 x 32 bytes at an address transposed to another, or to their own place.
-
-    stride: bytes from a line to the next, of both
-    """
+    """Write 32 x 32 bytes transposed to another address or their own; stride: between lines."""
     _transposed(source, target, stride)
