@@ -3,7 +3,6 @@
 """Transposition of a square of bytes, so that vectors along its rows become such along columns."""
 from fuzzy_stereo_ros.matching.kernels.compiled import called
 from fuzzy_stereo_ros.matching.kernels.simd import LANES, lanes_in_llvm, shuffled
-from llvmlite import ir
 from numba import types
 from numba.extending import intrinsic
 
@@ -19,10 +18,10 @@ def _transposed(typing, source, target, stride):
 
         def places(begin, count):
             """Return pointers to lines, each a stride behind the one before."""
-            place, found = builder.inttoptr(begin, ir.IntType(8).as_pointer()), []
+            found = []
             for _ in range(count):
-                found.append(builder.bitcast(place, kind.as_pointer()))
-                place = builder.gep(place, [stride])
+                found.append(builder.inttoptr(begin, kind.as_pointer()))
+                begin = builder.add(begin, stride)
             return found
         lines = [builder.load(place) for place in places(source, LANES)]
         for line in lines:
