@@ -70,7 +70,7 @@ def pad_map(values, columns, padded, first, last):
 
 @called
 def _median(drops, count, span, bits):
-    """Return the median of `count` drops below the largest label, at most `span`, bit by bit."""
+    """Return the median of `count` drops, at most `span`, bit by bit; the other drops are 0."""
     half = shift_right(count, 1)
     zero = splat_like(count, 0)
     result = zero
