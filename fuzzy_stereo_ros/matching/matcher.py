@@ -83,11 +83,11 @@ class StereoMatcher:
         frame = previous.frame + 1 if previous is not None and stamp is None else 0
         match, state = algorithm.match(
             left, aligned,
-            previous and replace(previous, config=searched(previous.config, shape[1])),
+            previous and previous._replace(config=searched(previous.config, shape[1])),
             Random((self.config.seed, frame if stamp is None else stamp)),
             Budget(self.config.generations, self.config.deadline_ms, started), observe,
             camera)
-        self.state = state and replace(state, stamp=stamp, frame=frame, config=self.config)
+        self.state = state and state._replace(stamp=stamp, frame=frame, config=self.config)
         match = reject_beyond(algorithm.pool, self.config, wider.disparities, match)
         match.times['rows'] = align_ms
         match = self._watched(rows, left, right, match)

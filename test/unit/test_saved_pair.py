@@ -95,8 +95,8 @@ def test_genes_of_more_than_256_disparities_are_read_back():
     wide = StereoPair(*(np.zeros((60, 320), np.uint8) for _ in range(2)), saved.pair.calibration,
                       saved.pair.stamp)
     own = saved.state.own
-    state = replace(saved.state, config=config,
-                    own=own._replace(labels=own.labels.astype(np.uint16) + 270))
+    state = saved.state._replace(config=config, own=own._replace(
+        labels=own.labels.astype(np.uint16) + 270))
     maps = [np.zeros((60, 320), np.float32) for _ in range(2)]
     kept = SavedPair(wide, config, state, Match(*maps, [], {}, False))
     assert_equal(through_files(kept), kept)
@@ -203,4 +203,4 @@ def test_what_could_not_be_read_again_is_not_written():
                 (genes[:0], 'the state has genes out of range'),
                 (genes.astype(np.uint8), r'genes of the state is uint8 \(6, 60, 100\); needed')))):
         with pytest.raises(ValueError, match=words):
-            replace(pair, state=replace(pair.state, **changes))
+            replace(pair, state=pair.state._replace(**changes))

@@ -126,7 +126,9 @@ class Averaging:
             for name in ViewTiles._fields))
         self._both.choices[:], self._both.ages[:] = -1, 1
         self.tiles = [ViewTiles(*(values[side] for values in self._both)) for side in range(2)]
-        self.noise, self.shift, self.pictures, self.share = 0.0, (0, 0), None, 0.0
+        self.noise, self.pictures, self.share = 0.0, None, 0.0
+        self.shifts = np.zeros((2, 2, 2), np.int64)
+        self._move_by(0, 0)
 
     @property
     def kept(self):
@@ -135,7 +137,8 @@ class Averaging:
 
     def _restart(self, pool, views):
         """Start anew with the pictures of this frame."""
-        self.noise, self.shift, self.share = 0.0, (0, 0), 0.0
+        self.noise, self.share = 0.0, 0.0
+        self._move_by(0, 0)
         self._both.choices[:], self._both.ages[:], self._both.drifts[:] = -1, 1, 0
         self.ages_of_both[:] = 1
         self.pictures = np.empty((2, *self._size), np.uint16)
@@ -152,11 +155,11 @@ class Averaging:
             self._restart(pool, views)
             return
         pictures, ages, drifts, labels = history
-        self.shift = 0, 0
+        self._move_by(0, 0)
         self._both.ages_then[:], self._both.drifts_then[:] = ages[:, None], drifts[:, None]
         shares = self._choose(pool, views, history, 1)
         if search and min(shares) < STILL:
-            self.shift = self._shift.between(pictures[0], views[0].luminance)
+            self._move_by(*self._shift.between(pictures[0], views[0].luminance))
         if any(self.shift):
             for tiles, before, drift, shift in zip(
                     self.tiles, ages, drifts, self.shifts[:, 1]):
@@ -181,11 +184,10 @@ class Averaging:
         return [(index, -(-first // TILE), -(-last // TILE))
                 for index, first, last in pool.parts(self._size[0])]
 
-    @property
-    def shifts(self):
-        """The shifts of each view, of tiles that stay and that move: down, right; int64."""
-        down, right = self.shift
-        return np.array([[(0, 0), (down, right)], [(0, 0), (down, -right)]], np.int64)
+    def _move_by(self, down, right):
+        """Write the shifts of each view: of tiles that stay, then of those that move."""
+        self.shift = down, right
+        self.shifts[:, 1] = (down, right), (down, -right)
 
     def _choose(self, pool, views, history, number):
         """Compare the tiles at the last of some shifts; return the shares of unchanged ones."""
@@ -211,7 +213,8 @@ class Averaging:
         self.noise = max(0.0, *noises)
         if history.labels is not None and self.noise > FAINT:
             self._reject_alike(pool, views, history)
-        return [float(np.mean(tiles.choices >= 0)) for tiles in self.tiles]
+        return [np.count_nonzero(tiles.choices >= 0) / tiles.choices.size
+                for tiles in self.tiles]
 
     def _reject_alike(self, pool, views, history):
         """Reject the tiles that changed in the same way in both views: moving texture."""
@@ -220,7 +223,7 @@ class Averaging:
             tuple(view.luminance for view in views), history.pictures, labels, self._offset,
             (shifts[0], left.differences, left.choices), self._alike, *band[1:]), self.parts(pool))
         moves = self._alike > ALIKE
-        if moves.any():
+        if np.count_nonzero(moves):
             left.choices[moves], left.ages[moves] = -1, 1
             reject_pointed_at(moves, labels, self._offset, right.choices, right.ages)
 
@@ -239,12 +242,11 @@ class Averaging:
         pictures: `Picture`s of the left or right view, by sides: 0 or 1; before, after: uint16
         (N, R, C), after is written; louder: their noise as a factor of that of the luminance
         """
-        shifts = self.shifts
         limits = [np.maximum(np.float32(LIKE * louder) * tiles.sizes, 1) for tiles in self.tiles]
 
         def blend_band(band):
             for side, picture, old, new in zip(sides, pictures, before, after):
                 tiles = self.tiles[side]
-                blend((picture.luminance, picture.grey), old, shifts[side],
+                blend((picture.luminance, picture.grey), old, self.shifts[side],
                       (tiles.choices, tiles.ages, limits[side]), new, band[1], band[2])
         pool.each(blend_band, self.parts(pool))

@@ -6,7 +6,6 @@ The state that a frame leaves for the next one: plain arrays and numbers, so tha
 Not in the paper. All profiles hand on averaged pictures and the data by which a moving camera is
 followed; each profile adds a part of its own, the best of its search.
 """
-from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
 from fuzzy_stereo_ros.matching.config import MatcherConfig
@@ -45,8 +44,7 @@ NO_COLOURS = np.zeros((0, 0, 0), np.uint16)
 NO_CAMERA = CameraState(*(np.zeros((0, 0), kind) for kind in (np.uint8, np.float32, np.uint8)))
 
 
-@dataclass(frozen=True)
-class FrameState:
+class FrameState(NamedTuple):
     """
     The state that a frame leaves for the next one.
 
@@ -87,7 +85,7 @@ class FrameState:
 
     def before(self, stamp):
         """Return the state for a pair that is taken at a stamp."""
-        return replace(self, own=self.own.after(0 if stamp is None else stamp - self.stamp))
+        return self._replace(own=self.own.after(0 if stamp is None else stamp - self.stamp))
 
     def arrays(self):
         """Return {name: array} of all its arrays."""

@@ -74,6 +74,11 @@ class Selection:
                      for memory in self._memory]
         self._squares, self._lines = np.empty((2, 0), np.uint8), np.empty(
             (MOST_PARTS, 2, 0), np.uint8)
+        penalties = possibility.penalties
+        self._fixed = Found(
+            rows, penalties.small, possibility.model.box, *map(address_of, penalties[1:]),
+            self.chosen.labels.itemsize, *map(address_of, self._no_prior * 2), 0, 0,
+            *map(address_of, self.chosen[:-1]))
 
     def _addresses_of(self, mutation, stride, genes, origins=0):
         """Return the fields of the `Tiles`; the arguments are fields, too."""
@@ -83,21 +88,21 @@ class Selection:
     def _place(self, half=None, previous=None):
         """Have memory for the genes counted; half, previous: the priors, see `Found`."""
         sizes = SIDE * stride_of(self.counts)
-        np.cumsum(sizes, out=self._places[1:])
+        sizes.cumsum(out=self._places[1:])
         of_line = sizes.reshape(self._tiles).sum(axis=1).max()
         if self._squares.shape[1] < self._places[-1]:
             self._squares = zeros((2, _with_spare(self._places[-1])), np.uint8)
+            costs, sums = map(address_of, self._squares)
+            self._fixed = self._fixed._replace(costs=costs, sums=sums)
         if self._lines.shape[2] < of_line:
             self._lines = zeros((MOST_PARTS, 2, _with_spare(of_line)), np.uint8)
             self._scratch = [tuple(Scratch(*own, *map(address_of, lines)))
                              for own, lines in zip(self._own, self._lines)]
-        possibility, chosen = self._possibility, self.chosen
-        penalties = possibility.penalties
-        self._found = tuple(Found(
-            possibility.rows, penalties.small, possibility.model.box, *map(address_of, (
-                penalties.across, penalties.down)), chosen.labels.itemsize,
-            *map(address_of, (*(half or self._no_prior), *(previous or self._no_prior),
-                              *self._squares, *chosen[:-1]))))
+        (labels, weights), (others, other_weights) = (
+            map(address_of, prior or self._no_prior) for prior in (half, previous))
+        self._found = tuple(self._fixed._replace(
+            half_labels=labels, half_weights=weights, previous_labels=others,
+            previous_weights=other_weights))
 
     def _parts(self, chain):
         """Return the parts, for the threads of a chain, of the rows and the columns of tiles."""

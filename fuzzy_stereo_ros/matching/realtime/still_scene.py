@@ -77,7 +77,8 @@ def _moves(views, shape):
     rows, columns = ((side + TILE // 2) // TILE for side in shape)
     for tiles in views:
         changed = tiles.choices[:rows, :columns] != 0
-        if (changed.all() or (changed[1:] & changed[:-1]).any()
-                or (changed[:, 1:] & changed[:, :-1]).any()):
+        if (np.count_nonzero(changed) == changed.size
+                or np.count_nonzero(changed[1:] & changed[:-1])
+                or np.count_nonzero(changed[:, 1:] & changed[:, :-1])):
             return True
     return False

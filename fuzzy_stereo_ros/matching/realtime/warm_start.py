@@ -13,7 +13,6 @@ point that stands still is the same in both frames. The search relies on a label
 the half-size map, or whose census agrees better: the more, the more frames it survived. Points
 that move by themselves fail this check.
 """
-from dataclasses import replace
 from typing import NamedTuple
 
 import cv2
@@ -141,7 +140,7 @@ class WarmStart:
         The mean variance over the tiles is the mean of `1 / ages`. Its fourth root is returned,
         not the square root: tiles that are not averaged have all of the noise.
         """
-        return float(np.mean(1 / self._averaging.tiles[0].ages))**0.25
+        return float((1 / self._averaging.tiles[0].ages).mean())**0.25
 
     def no_previous_best(self, pool, state, half):
         """Return neither a parent nor a prior: only pictures are used."""
@@ -251,8 +250,8 @@ class WarmStart:
         if result is None:
             return None
         pictures, ages, drifts = self._averaging.kept
-        return replace(state, pictures=pictures, ages=ages, drifts=drifts,
-                       own=state.own._replace(**result._asdict()))
+        return state._replace(pictures=pictures, ages=ages, drifts=drifts,
+                              own=state.own._replace(**result._asdict()))
 
     def keep(self, pool, labels, validity):
         """

@@ -32,7 +32,7 @@ def test_without_stamps_random_numbers_come_from_the_number_of_the_frame(monkeyp
     pair, matcher = scene(), StereoMatcher(replace(CONFIG, seed=3))
     for stamp in (None, None, 10, 2000, None):
         matcher.match(pair.left, pair.right, stamp)
-    matcher.restore(replace(matcher.state, frame=6))
+    matcher.restore(matcher.state._replace(frame=6))
     matcher.match(pair.left, pair.right)
     assert sources == [Random((3, word)) for word in (0, 1, 10, 2000, 0, 7)]
 

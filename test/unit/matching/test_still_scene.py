@@ -121,7 +121,7 @@ def test_the_search_after_kept_frames_forgets_the_map_where_a_tile_changed_meanw
                                         (SECOND // 4, False), (2 * SECOND, False)])
 def test_a_result_is_kept_only_for_frames_that_follow_within_a_fifth_of_a_second(step, kept):
     matcher = StereoMatcher(CONFIG)
-    matcher.restore(replace(settled(), stamp=SECOND))
+    matcher.restore(settled()._replace(stamp=SECOND))
     assert matcher.match(*next(frames(1, 1)), stamp=SECOND + step).reused is kept
 
 
