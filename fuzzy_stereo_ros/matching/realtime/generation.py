@@ -72,8 +72,8 @@ class Selection:
         self._memory = [zeros(ends[-1], np.uint8) for _ in range(MOST_PARTS)]
         self._own = [[address_of(memory) + start for start in (0, *ends[:-1])]
                      for memory in self._memory]
-        self._squares, self._lines = np.empty((2, 0), np.uint8), np.empty(
-            (MOST_PARTS, 2, 0), np.uint8)
+        self._squares, self._lines = (np.empty((number, 0), np.uint8)
+                                      for number in (2, MOST_PARTS))
         penalties = possibility.penalties
         self._fixed = Found(
             rows, penalties.small, possibility.model.box, *map(address_of, penalties[1:]),
@@ -94,9 +94,9 @@ class Selection:
             self._squares = zeros((2, _with_spare(self._places[-1])), np.uint8)
             costs, sums = map(address_of, self._squares)
             self._fixed = self._fixed._replace(costs=costs, sums=sums)
-        if self._lines.shape[2] < of_line:
-            self._lines = zeros((MOST_PARTS, 2, _with_spare(of_line)), np.uint8)
-            self._scratch = [tuple(Scratch(*own, *map(address_of, lines)))
+        if self._lines.shape[1] < of_line:
+            self._lines = zeros((MOST_PARTS, _with_spare(of_line)), np.uint8)
+            self._scratch = [tuple(Scratch(*own, address_of(lines)))
                              for own, lines in zip(self._own, self._lines)]
         (labels, weights), (others, other_weights) = (
             map(address_of, prior or self._no_prior) for prior in (half, previous))

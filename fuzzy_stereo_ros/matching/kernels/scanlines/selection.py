@@ -79,12 +79,11 @@ class Scratch(NamedTuple):
     offers: int              # what the target's pixels are offered, and of which label
     jumps: int               # P2 along the rows of a row of tiles, by columns
     line_costs: int          # of a row of tiles
-    line_sums: int
 
 
 def scratch_sizes(disparities, most, tile_columns, target_columns):
     """
-    Return the bytes of each part of a Scratch but the last two, which depend on the genes.
+    Return the bytes of each part of a Scratch but the last one, which depends on the genes.
 
     most: genes of a tile
     """
@@ -182,11 +181,11 @@ def _move(count, scratch, jump, least, costs, sums, begins):
 
 
 @inlined
-def _move_across(tiles, tile, width, scratch, jump, least, place, leftwards):
+def _move_across(tiles, tile, width, scratch, jump, least, costs, sums, leftwards):
     """
     Move the paths along the rows through a tile; return the last jump and the least path.
 
-    place: of the costs and sums of the tile
+    costs, sums: of the tile, vectors of columns
     """
     count, jumps = load_long(tiles.counts, tile), scratch.jumps + tile % tiles.columns * SQUARE
     stride = stride_of(count)
@@ -194,8 +193,7 @@ def _move_across(tiles, tile, width, scratch, jump, least, place, leftwards):
         column = near if leftwards else width - 1 - near
         here = load_like(jump, jumps, column * LANES)
         least = _move(count, scratch, jump if leftwards else here, least,
-                      scratch.line_costs + place + column * stride,
-                      scratch.line_sums + place + column * stride, not leftwards)
+                      costs + column * stride, sums + column * stride, not leftwards)
         jump = here
     return jump, least
 
@@ -216,7 +214,8 @@ def sum_across(features, found, tiles, scratch, first, last):
         for column in range(tiles.columns):
             tile, end = tile_row * tiles.columns + column, min((column + 1) * SIDE, columns)
             count, place = load_long(tiles.counts, tile), load_long(tiles.places, tile)
-            costs, place, stride = found.costs + place, place - before, stride_of(count)
+            costs, sums, stride = found.costs + place, found.sums + place, stride_of(count)
+            line_costs = scratch.line_costs + place - before
             fill_costs(features, found, tiles.genes + 2 * tiles.stride * tile, count, top, below,
                        end, costs, scratch.spare)
             jumps = scratch.jumps + column * SQUARE
@@ -225,22 +224,22 @@ def sum_across(features, found, tiles, scratch, first, last):
                     kind, found.across, 1, row * columns, end, scratch.spare))
             transpose(jumps, jumps, LANES)
             for square in range(0, count * LANES, LANES):
-                transpose(costs + square, scratch.line_costs + place + square, stride)
+                transpose(costs + square, line_costs + square, stride)
             least = (_begin(found, tiles, tile, scratch) if column == 0 else
                      _carry(found, tiles, tile - 1, tile, least, scratch))
-            _, least = _move_across(tiles, tile, end - column * SIDE, scratch, kind, least, place,
-                                    False)
+            _, least = _move_across(tiles, tile, end - column * SIDE, scratch, kind, least,
+                                    line_costs, sums, False)
         jump = kind
         for column in range(tiles.columns - 1, -1, -1):
             tile, end = tile_row * tiles.columns + column, min((column + 1) * SIDE, columns)
             count, place = load_long(tiles.counts, tile), load_long(tiles.places, tile)
             least = (_begin(found, tiles, tile, scratch) if column == tiles.columns - 1 else
                      _carry(found, tiles, tile + 1, tile, least, scratch))
-            here, stride = place - before, stride_of(count)
+            sums, stride = found.sums + place, stride_of(count)
             jump, least = _move_across(tiles, tile, end - column * SIDE, scratch, jump, least,
-                                       here, True)
+                                       scratch.line_costs + place - before, sums, True)
             for square in range(0, count * LANES, LANES):
-                transpose(scratch.line_sums + here + square, found.sums + place + square, stride)
+                transpose(sums + square, sums + square, stride)
 
 
 @inlined
