@@ -70,10 +70,9 @@ class Selection:
             possibility.disparities, most, self._tiles[1], self.chosen.target.shape[1])
         ends = np.cumsum([-(-size // SIDE) * SIDE for size in sizes]).tolist()
         self._memory = [zeros(ends[-1], np.uint8) for _ in range(MOST_PARTS)]
-        self._own = [[address_of(memory) + start for start in (0, *ends[:-1])]
-                     for memory in self._memory]
-        self._squares, self._lines = (np.empty((number, 0), np.uint8)
-                                      for number in (2, MOST_PARTS))
+        self._scratch = [tuple(Scratch(*(address_of(memory) + start for start in (0, *ends[:-1]))))
+                         for memory in self._memory]
+        self._squares = np.empty((2, 0), np.uint8)
         penalties = possibility.penalties
         self._fixed = Found(
             rows, penalties.small, possibility.model.box, *map(address_of, penalties[1:]),
@@ -87,17 +86,12 @@ class Selection:
 
     def _place(self, half=None, previous=None):
         """Have memory for the genes counted; half, previous: the priors, see `Found`."""
-        sizes = SIDE * stride_of(self.counts)
-        sizes.cumsum(out=self._places[1:])
-        of_line = sizes.reshape(self._tiles).sum(axis=1).max()
+        (SIDE * stride_of(self.counts)).cumsum(out=self._places[1:])
         if self._squares.shape[1] < self._places[-1]:
-            self._squares = zeros((2, _with_spare(self._places[-1])), np.uint8)
+            needed = int(self._places[-1])
+            self._squares = zeros((2, needed + needed // SPARE), np.uint8)
             costs, sums = map(address_of, self._squares)
             self._fixed = self._fixed._replace(costs=costs, sums=sums)
-        if self._lines.shape[1] < of_line:
-            self._lines = zeros((MOST_PARTS, _with_spare(of_line)), np.uint8)
-            self._scratch = [tuple(Scratch(*own, address_of(lines)))
-                             for own, lines in zip(self._own, self._lines)]
         (labels, weights), (others, other_weights) = (
             map(address_of, prior or self._no_prior) for prior in (half, previous))
         self._found = tuple(self._fixed._replace(
@@ -197,11 +191,6 @@ class InheritedGenes(Selection):
                   else parent_of(half.prior.labels))
         return smooth, NO_PARENT if self._few else parent_of(
             half.chosen.labels, cell=2, scale=2, grow=self._grow)
-
-
-def _with_spare(size):
-    """Return how many bytes of memory are made where so many are needed."""
-    return int(size + size // SPARE)
 
 
 def _tiles_of(part):

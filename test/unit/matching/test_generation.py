@@ -75,7 +75,7 @@ def test_any_size_range_and_parents_are_those_of_the_twin(
                   1, 0, choices.astype(np.int8) if cell == 1 else None, TILE, shift)
         parents.append((PREVIOUS, before))
     generation, chain = InheritedGenes(possibility, few, mutation), Chain(ThreadPool(1))
-    for memory in (*generation._memory, generation._lines, generation._squares):
+    for memory in (*generation._memory, generation._squares):
         memory[:] = 255 * (seed % 2)        # of the generation before nothing counts
     generation.select(
         chain, SimpleNamespace(
@@ -226,7 +226,7 @@ def test_the_half_size_chromosome_is_put_together_as_by_the_twins(
         smallest = smallest._smaller
     search = smallest._selection
     # none is read before it is written
-    for memory in (*search._memory, search._lines, search._squares):
+    for memory in (*search._memory, search._squares):
         memory[:] = np.random.default_rng(1).integers(0, 256, memory.shape)
     half_size.search(pool)
     half = half_size.complete(pool, grey, NOISE)

@@ -78,15 +78,10 @@ class Scratch(NamedTuple):
     spare: int               # two vectors
     offers: int              # what the target's pixels are offered, and of which label
     jumps: int               # P2 along the rows of a row of tiles, by columns
-    line_costs: int          # of a row of tiles
 
 
 def scratch_sizes(disparities, most, tile_columns, target_columns):
-    """
-    Return the bytes of each part of a Scratch but the last one, which depends on the genes.
-
-    most: genes of a tile
-    """
+    """Return the bytes of each part of a Scratch; most: genes of a tile."""
     paths = (most + 2) * LANES
     return (seen_size(disparities), paths, paths, paths, 2 * LANES,
             2 * (LANES + target_columns), tile_columns * SQUARE)
@@ -203,6 +198,8 @@ def sum_across(features, found, tiles, scratch, first, last):
     """
     Write the costs of the rows of tiles first .. last - 1, and the sums of the paths along them.
 
+    Both are transposed in their place while paths move along rows: so they stay in the cache.
+
     features, found, tiles, scratch: the fields of Features, Found, Tiles and Scratch
     """
     features, found, tiles = Features(*features), Found(*found), Tiles(*tiles)
@@ -210,12 +207,11 @@ def sum_across(features, found, tiles, scratch, first, last):
     rows = found.rows
     for tile_row in range(first, last):
         top, below = tile_row * SIDE, min((tile_row + 1) * SIDE, rows)
-        least, before = kind, load_long(tiles.places, tile_row * tiles.columns)
+        least = kind
         for column in range(tiles.columns):
             tile, end = tile_row * tiles.columns + column, min((column + 1) * SIDE, columns)
             count, place = load_long(tiles.counts, tile), load_long(tiles.places, tile)
             costs, sums, stride = found.costs + place, found.sums + place, stride_of(count)
-            line_costs = scratch.line_costs + place - before
             fill_costs(features, found, tiles.genes + 2 * tiles.stride * tile, count, top, below,
                        end, costs, scratch.spare)
             jumps = scratch.jumps + column * SQUARE
@@ -224,21 +220,22 @@ def sum_across(features, found, tiles, scratch, first, last):
                     kind, found.across, 1, row * columns, end, scratch.spare))
             transpose(jumps, jumps, LANES)
             for square in range(0, count * LANES, LANES):
-                transpose(costs + square, line_costs + square, stride)
+                transpose(costs + square, costs + square, stride)
             least = (_begin(found, tiles, tile, scratch) if column == 0 else
                      _carry(found, tiles, tile - 1, tile, least, scratch))
             _, least = _move_across(tiles, tile, end - column * SIDE, scratch, kind, least,
-                                    line_costs, sums, False)
+                                    costs, sums, False)
         jump = kind
         for column in range(tiles.columns - 1, -1, -1):
             tile, end = tile_row * tiles.columns + column, min((column + 1) * SIDE, columns)
             count, place = load_long(tiles.counts, tile), load_long(tiles.places, tile)
             least = (_begin(found, tiles, tile, scratch) if column == tiles.columns - 1 else
                      _carry(found, tiles, tile + 1, tile, least, scratch))
-            sums, stride = found.sums + place, stride_of(count)
+            costs, sums, stride = found.costs + place, found.sums + place, stride_of(count)
             jump, least = _move_across(tiles, tile, end - column * SIDE, scratch, jump, least,
-                                       scratch.line_costs + place - before, sums, True)
+                                       costs, sums, True)
             for square in range(0, count * LANES, LANES):
+                transpose(costs + square, costs + square, stride)
                 transpose(sums + square, sums + square, stride)
 
 
