@@ -116,6 +116,18 @@ def store(typing, array, index, vector):
 
 
 @intrinsic
+def prefetch(typing, address):
+    """Have the cache line at an address read, which may lie outside of any array."""
+    def generate(context, builder, _, arguments):
+        kind = ir.IntType(8).as_pointer()
+        number = ir.IntType(32)
+        llvm_call(builder, 'llvm.prefetch.p0i8' if 'i8*' in str(kind) else 'llvm.prefetch.p0', ir.VoidType(), [
+            builder.inttoptr(arguments[0], kind), number(1), number(3), number(1)])
+        return context.get_dummy_value()
+    return types.void(types.intp), generate
+
+
+@intrinsic
 def splat(typing, scalar):
     """Return a vector with the same number, uint8, uint16 or float32, in every lane."""
     return generated(VECTOR[scalar.bitwidth](scalar), lambda builder, number: builder.bitcast(

@@ -7,9 +7,10 @@ from fuzzy_stereo_ros.matching.kernels.possibility.costs import cuts_of, DEAD_ZO
 from fuzzy_stereo_ros.matching.kernels.scanlines.tile_genes import stride_of
 from fuzzy_stereo_ros.matching.kernels.simd import (
     add, bit_and, equal_bits, label_above, label_below, LANES, load_like, minimum, narrow,
-    reversed_lanes, saturating_subtract, shift_right, splat, splat_like, store, subtract, widen)
+    prefetch, reversed_lanes, saturating_subtract, shift_right, splat, splat_like, store, subtract, widen)
 import numpy as np
 
+AHEAD = 3   # rows
 NONE = np.uint32(2**LANES - 1)      # of the lanes of a prior have weight
 
 
@@ -71,6 +72,26 @@ def _sum_boxes(kind, costs, stride, rows, places):
         above, here = here, below
 
 
+@inlined
+def _fetch(features, found, label, row, end):
+    """Have the features and priors of a row of a tile read, from the first label on."""
+    first = end - LANES
+    near = features.census + 3 * row * features.census_stride + first
+    far = features.columns - end + label
+    target = features.target_census + 3 * row * features.target_stride + far
+    for plane in range(3):
+        prefetch(near + plane * features.census_stride)
+        prefetch(target + plane * features.target_stride)
+        prefetch(target + plane * features.target_stride + 64)
+    prefetch(features.slopes + row * features.slope_stride + first)
+    prefetch(features.target_slopes + row * features.target_stride + far)
+    at = row * features.columns + first
+    for weights in (found.half_weights, found.previous_weights):
+        prefetch(weights + at)
+    for labels in (found.half_labels, found.previous_labels):
+        prefetch(labels + at * found.label_bytes)
+
+
 @called
 def fill_costs(features, found, genes, count, top, below, end, costs, spare):
     """Write the costs of the genes of a tile, whose last column is end - 1, priors included."""
@@ -84,6 +105,7 @@ def fill_costs(features, found, genes, count, top, below, end, costs, spare):
                 pixels_of(kind, features.census, 1, (3 * row + 2) * stride, end, spare))
         slope = pixels_of(kind, features.slopes, 1, row * features.slope_stride, end, spare)
         at = row * features.columns
+        _fetch(features, found, np.int64(load_short(genes, 0)), row + AHEAD, end)
         half = _prior(kind, found.half_labels, found.half_weights, found.label_bytes, at, end,
                       spare)
         previous = _prior(kind, found.previous_labels, found.previous_weights, found.label_bytes,
