@@ -117,12 +117,11 @@ def store(typing, array, index, vector):
 
 @intrinsic
 def prefetch(typing, address):
-    """Have the cache line at an address read, which may lie outside of any array."""
-    def generate(context, builder, _, arguments):
-        kind = ir.IntType(8).as_pointer()
-        number = ir.IntType(32)
-        llvm_call(builder, 'llvm.prefetch.p0i8' if 'i8*' in str(kind) else 'llvm.prefetch.p0', ir.VoidType(), [
-            builder.inttoptr(arguments[0], kind), number(1), number(3), number(1)])
+    """Have the line of memory at an address on its way; it may lie outside of any array."""
+    def generate(context, builder, signature, arguments):
+        place = builder.inttoptr(arguments[0], ir.IntType(8).as_pointer())
+        llvm_call(builder, 'llvm.prefetch.p0i8', ir.VoidType(), [
+            place, *map(ir.IntType(32), (0, 3, 1))])    # to read, into all caches, data
         return context.get_dummy_value()
     return types.void(types.intp), generate
 

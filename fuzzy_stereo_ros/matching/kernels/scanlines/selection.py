@@ -17,15 +17,15 @@ from fuzzy_stereo_ros.matching.kernels.addresses import (
     load_byte, load_long, load_short, store_byte, store_short)
 from fuzzy_stereo_ros.matching.kernels.compiled import called, inlined, kernel
 from fuzzy_stereo_ros.matching.kernels.possibility.costs import Features
-from fuzzy_stereo_ros.matching.kernels.scanlines.tile_costs import AHEAD, fill_costs, pixels_of
+from fuzzy_stereo_ros.matching.kernels.scanlines.tile_costs import fill_costs, pixels_of
 from fuzzy_stereo_ros.matching.kernels.scanlines.tile_genes import (
-    seen_size, SIDE, stride_of, Tiles)
+    AHEAD, LINE, seen_size, SIDE, stride_of, Tiles)
 from fuzzy_stereo_ros.matching.kernels.scanlines.transpose import SQUARE, transpose
 from fuzzy_stereo_ros.matching.kernels.scanlines.winner_takes_all import (
     choose_of_target, fitted_offsets)
 from fuzzy_stereo_ros.matching.kernels.simd import (
-    bit_and, bit_or, choose, LANES, less, load_like, minimum, prefetch, reversed_lanes, saturating_add,
-    saturating_subtract, shift_left, splat, splat_like, store, subtract, widen)
+    bit_and, bit_or, choose, LANES, less, load_like, minimum, prefetch, reversed_lanes,
+    saturating_add, saturating_subtract, shift_left, splat, splat_like, store, subtract, widen)
 import numpy as np
 
 
@@ -212,7 +212,7 @@ def sum_across(features, found, tiles, scratch, first, last):
             tile, end = tile_row * tiles.columns + column, min((column + 1) * SIDE, columns)
             count, place = load_long(tiles.counts, tile), load_long(tiles.places, tile)
             costs, sums, stride = found.costs + place, found.sums + place, stride_of(count)
-            for line in range(sums, sums + SIDE * stride, 64):
+            for line in range(sums, sums + SIDE * stride, LINE):
                 prefetch(line)
             fill_costs(features, found, tiles.genes + 2 * tiles.stride * tile, count, top, below,
                        end, costs, scratch.spare)
@@ -337,12 +337,10 @@ def select_down(features, found, tiles, scratch, first, last):
             genes = tiles.genes + 2 * tiles.stride * tile
             for row in range(min((tile_row + 1) * SIDE, found.rows) - 1, tile_row * SIDE - 1, -1):
                 at = place + row % SIDE * stride_of(count)
-                next_row = (row - AHEAD) * columns + begin
-                prefetch(found.down + next_row)
-                prefetch(found.labels + next_row * found.label_bytes)
-                prefetch(found.least + next_row)
-                prefetch(found.margins + next_row)
-                prefetch(found.offsets + next_row)
+                ahead = (row - AHEAD) * columns + begin
+                prefetch(found.labels + ahead * found.label_bytes)
+                for values in (found.down, found.offsets, found.least, found.margins):
+                    prefetch(values + ahead)
                 least, low, high, best, below, above, elsewhere = _select(
                     genes, count, scratch, jump, least, found.costs + at, found.sums + at)
                 out, width, spare = row * columns, end - begin, scratch.spare

@@ -4,13 +4,13 @@
 from fuzzy_stereo_ros.matching.kernels.addresses import load_byte, load_short, store_byte
 from fuzzy_stereo_ros.matching.kernels.compiled import called, inlined
 from fuzzy_stereo_ros.matching.kernels.possibility.costs import cuts_of, DEAD_ZONE, raw_costs
-from fuzzy_stereo_ros.matching.kernels.scanlines.tile_genes import stride_of
+from fuzzy_stereo_ros.matching.kernels.scanlines.tile_genes import AHEAD, LINE, stride_of
 from fuzzy_stereo_ros.matching.kernels.simd import (
     add, bit_and, equal_bits, label_above, label_below, LANES, load_like, minimum, narrow,
-    prefetch, reversed_lanes, saturating_subtract, shift_right, splat, splat_like, store, subtract, widen)
+    prefetch, reversed_lanes, saturating_subtract, shift_right, splat, splat_like, store,
+    subtract, widen)
 import numpy as np
 
-AHEAD = 3   # rows
 NONE = np.uint32(2**LANES - 1)      # of the lanes of a prior have weight
 
 
@@ -74,22 +74,20 @@ def _sum_boxes(kind, costs, stride, rows, places):
 
 @inlined
 def _fetch(features, found, label, row, end):
-    """Have the features and priors of a row of a tile read, from the first label on."""
-    first = end - LANES
-    near = features.census + 3 * row * features.census_stride + first
-    far = features.columns - end + label
-    target = features.target_census + 3 * row * features.target_stride + far
-    for plane in range(3):
-        prefetch(near + plane * features.census_stride)
-        prefetch(target + plane * features.target_stride)
-        prefetch(target + plane * features.target_stride + 64)
+    """Have features and priors of a row of a tile on their way; label: its first gene."""
+    first, pointed = end - LANES, features.columns - end + label
+    for plane in range(3 * row, 3 * row + 3):
+        prefetch(features.census + plane * features.census_stride + first)
+        target = features.target_census + plane * features.target_stride + pointed
+        prefetch(target)
+        prefetch(target + LINE)
     prefetch(features.slopes + row * features.slope_stride + first)
-    prefetch(features.target_slopes + row * features.target_stride + far)
+    prefetch(features.target_slopes + row * features.target_stride + pointed)
     at = row * features.columns + first
-    for weights in (found.half_weights, found.previous_weights):
-        prefetch(weights + at)
-    for labels in (found.half_labels, found.previous_labels):
+    for labels, weights in ((found.half_labels, found.half_weights),
+                            (found.previous_labels, found.previous_weights)):
         prefetch(labels + at * found.label_bytes)
+        prefetch(weights + at)
 
 
 @called

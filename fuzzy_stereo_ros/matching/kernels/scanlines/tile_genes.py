@@ -13,11 +13,14 @@ from fuzzy_stereo_ros.matching.kernels.addresses import (
     load_byte, load_short, store_byte, store_long, store_short)
 from fuzzy_stereo_ros.matching.kernels.compiled import called, inlined, kernel
 from fuzzy_stereo_ros.matching.kernels.simd import (
-    bit_or, equal_bits, first_set, LANES, load, maximum, saturating_subtract, splat, store)
+    bit_or, equal_bits, first_set, LANES, load, maximum, prefetch, saturating_subtract, splat,
+    store)
 from fuzzy_stereo_ros.matching.kernels.units import INVALID
 import numpy as np
 
 SIDE = LANES         # pixels of a tile
+# Rows of a tile lie apart in memory, where a processor does not expect them: they are asked for.
+AHEAD, LINE = 3, 64  # rows that this is done ahead; bytes of a line of memory
 STEP = 2             # every so many cells of a row or column of a parent are looked at
 MOST_GENES = 254     # of a tile; the largest disparities are dropped
 MUTATED, HALF_SIZE, PREVIOUS = range(3)     # where a gene is from; the last one counts
@@ -75,6 +78,10 @@ def _inherit(parent, origin, top, left, side, seen, nowhere):
     for row in range(max((top - grow) // cell, 0), min((top + side + grow) // cell, parent.rows),
                      STEP):
         at = row * parent.columns
+        ahead = (row + AHEAD * STEP) * parent.columns + begin
+        prefetch(parent.labels + ahead * parent.label_bytes)
+        if parent.validity != 0:
+            prefetch(parent.validity + ahead)
         for column in range(begin, end, STEP):
             label = (np.int64(load_byte(parent.labels, at + column)) if parent.label_bytes == 1
                      else np.int64(load_short(parent.labels, at + column)))
