@@ -88,12 +88,6 @@ def copy_kernels(tmp_path, monkeypatch):
 
 
 @pytest.fixture
-def lacking_kernels(copy_kernels):
-    """Set a cache of kernels without the genetic ones of `paper`, as after a first start's end."""
-    return copy_kernels('paper', '*.genetic.*')
-
-
-@pytest.fixture
 def limit_files():
     """Return a function of the bytes beyond which no file can be written until the test ends."""
     before = resource.getrlimit(resource.RLIMIT_FSIZE)

@@ -43,7 +43,7 @@ def test_the_demo_prints_the_table_of_the_real_node_and_writes_the_picture(ros, 
 def test_a_short_run_writes_its_section_and_every_pair_is_accounted_for(ros, tmp_path):
     page = tmp_path / 'page.md'
     done = subprocess.run(
-        [sys.executable, '-m', 'bench.live', '--seconds', '1',
+        [sys.executable, '-m', 'bench.live', '--seconds', '0.2',
          '--repeats', '1', '--case', '160x120x16', '--output', str(page)],
         capture_output=True, text=True, check=False, cwd=ROOT)
     assert done.returncode == 0, done.stderr
@@ -59,8 +59,9 @@ def test_a_short_run_writes_its_section_and_every_pair_is_accounted_for(ros, tmp
 
 
 # Three rounds do not level what is kept for the next message, nor what other programs take.
-SHORT = ('--minutes=0', '--rows=240', '--columns=320', '--disparities=16', '--between=0.1',
-         '--work=400', '--memory=2', '--resident=15', '--verbose')
+# With the seed the profile that takes long comes last.
+SHORT = ('--minutes=0', '--seed=91', '--rows=180', '--columns=240', '--disparities=16',
+         '--between=0.1', '--work=400', '--memory=2', '--resident=15', '--verbose')
 
 
 @pytest.mark.alone

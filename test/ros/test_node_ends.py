@@ -41,9 +41,11 @@ def test_a_start_with_kernels_in_the_cache_compiles_none_and_a_signal_ends_it_wi
 
 
 def test_a_first_start_tells_in_diagnostics_and_in_the_log_how_far_it_is(
-        make_bench, lacking_kernels):
+        make_bench, copy_kernels):
+    folder = copy_kernels('paper', '*.random_numbers.*')
+
     def kept():
-        return {*lacking_kernels.glob('*.nbc')}
+        return {*folder.glob('*.nbc')}
 
     def told(sentence):
         return lambda: next((message for message in bench.diagnostics
