@@ -14,7 +14,8 @@ PROGRAM = str(ROOT / 'test' / 'support' / 'match_in_guarded_memory.py')
 KINDS = '4' if is_long() else '1'       # of images
 # Drawn sequences; pairs of quality take many times as long.
 PROFILES = {'realtime': 20, 'fast': 20, 'quality': 8, 'paper': 20}
-CHECKED = {'NUMBA_BOUNDSCHECK': '1'}    # such kernels are kept in a folder of their own
+# Such kernels are kept in a folder of their own; LLVM need not work long on them.
+CHECKED = {'NUMBA_BOUNDSCHECK': '1', 'NUMBA_OPT': '1'}
 # The tests of kernels against their twins; those of whole matches are in the program's sizes.
 KERNEL_TESTS = sorted(str(file) for file in (ROOT / 'test' / 'unit' / 'matching').glob('test_*.py')
                       if re.search('^(from|import) reference', file.read_text(encoding='utf-8'),
@@ -27,22 +28,11 @@ def run(*arguments, **variables):
                           env={**os.environ, **variables})
 
 
-@pytest.fixture(scope='module')
-def checked():
-    """Return variables with which kernels check; those of warm-ups are compiled, on all cores."""
-    for profile in ('realtime', 'quality', 'paper'):
-        done = run('-m', 'fuzzy_stereo_ros.commands.command_line', 'warm-up', '--profile', profile,
-                   **CHECKED)
-        assert done.returncode == 0, done.stderr
-    return CHECKED
-
-
 # Kernels that check raise where an index is wrong on any side. What SIMD reaches is the same in
 # both: pages behind the arrays are enough for the one, before them for the other.
 @pytest.mark.timeout(1800)      # it may compile all kernels
-@pytest.mark.parametrize('where, checks', [('behind', False), ('before', True)])
-def test_matching_touches_no_byte_beside_an_array(where, checks, request):
-    variables = request.getfixturevalue('checked') if checks else {}
+@pytest.mark.parametrize('where, variables', [('behind', {}), ('before', CHECKED)])
+def test_matching_touches_no_byte_beside_an_array(where, variables):
     done = run(PROGRAM, where, KINDS, *(
         f'{profile}:{200 if is_long() else drawn}' for profile, drawn in PROFILES.items()),
         **variables)
@@ -55,8 +45,8 @@ def test_matching_touches_no_byte_beside_an_array(where, checks, request):
 
 
 @pytest.mark.skipif(not is_long(), reason='matches reach all kernels, which takes less: make fuzz')
-def test_no_index_of_a_kernel_lies_outside_its_array_where_it_is_compared_with_its_twin(checked):
-    done = run('-m', 'pytest', '-q', '--timeout=3600', *KERNEL_TESTS, **checked)
+def test_no_index_of_a_kernel_lies_outside_its_array_where_it_is_compared_with_its_twin():
+    done = run('-m', 'pytest', '-q', '--timeout=3600', *KERNEL_TESTS, **CHECKED)
     assert done.returncode == 0, done.stdout[-3000:]
 
 

@@ -83,7 +83,7 @@ def digests(threads, *options, **variables):
                           capture_output=True, text=True, check=True,
                           env={**os.environ, **variables})
     lines = done.stdout.splitlines()
-    assert len(set(lines)) == 33
+    assert len(set(lines)) == len(lines) >= 15
     return lines
 
 
@@ -114,9 +114,9 @@ def test_kernels_for_the_least_processor_give_the_same_bits(usual, tmp_path):
 
 @X86
 def test_opencv_and_numpy_for_an_older_processor_change_no_bit_of_realtime_and_of_paper_in_grey(
-        usual, images):
-    older = digests(2, images, OPENCV_CPU_DISABLE='AVX2,FMA3,FP16,AVX',
-                    NPY_DISABLE_CPU_FEATURES='AVX2 FMA3')
-    kept = 'realtime', 'paper, grey'
-    assert [line for line in older if line.startswith(kept)] == [
-        line for line in usual if line.startswith(kept)]
+        images):
+    usual, older = ([line for line in digests(
+        threads, images, 'realtime', 'paper', **variables) if 'paper, colour' not in line]
+        for threads, variables in ((1, {}), (2, {
+            'OPENCV_CPU_DISABLE': 'AVX2,FMA3,FP16,AVX', 'NPY_DISABLE_CPU_FEATURES': 'AVX2 FMA3'})))
+    assert older == usual

@@ -70,7 +70,8 @@ def test_results_that_take_long_to_arrive_are_asked_for_once(
     assert_same(sent(folder / 'out'), in_segments(pairs))
 
 
-def test_the_frames_of_folders_are_matched_in_segments_too_of_any_profile(folder, capsys):
+def test_the_frames_of_folders_are_matched_in_segments_too_of_any_profile(
+        folder, capsys, cluster):
     pairs, profile = scene(SEGMENT_PAIRS + 4, rows=20, columns=48), 'quality'
     for side in ('left', 'right'):
         (folder / side).mkdir()
@@ -80,7 +81,8 @@ def test_the_frames_of_folders_are_matched_in_segments_too_of_any_profile(folder
     expected = in_segments(pairs, times, profile=profile)
     whole = in_segments(pairs, times, length=len(pairs), profile=profile)
     assert not np.array_equal(expected[-1], whole[-1])
-    found = figures(capsys, 'left', 'right', options=['--profile', profile, '--workers', 2])
+    found = figures(capsys, 'left', 'right', options=[
+        '--profile', profile, '--scheduler', cluster.address])
     assert found['segments'] == {'matched': 2, 'pairs': SEGMENT_PAIRS, 'workers': 2}
     assert_same(sent(folder / 'out'), expected)
 

@@ -170,6 +170,7 @@ def test_whatever_compiles_says_so_before_it_begins(terminal, words, frames, tmp
     while not re.search(rf'{COMPILING}: +0 ?%.* s so far', said):
         said += os.read(reads, 1000).decode()
     assert not [*tmp_path.rglob('*.nbi')]
-    command.kill()
+    for process in (*psutil.Process(command.pid).children(recursive=True), command):
+        process.kill()      # the compiling one would see its end late
     command.wait()
     os.close(reads)

@@ -21,7 +21,8 @@ def options(profile):
         'reference': st.sampled_from(['left', 'right']), 'seed': st.integers(0, 9),
         'confidence_threshold': st.sampled_from([0.0, 0.5]), 'align_rows': st.booleans(),
         'speckle_size': st.sampled_from([0, 9, 100]), 'speckle_range': st.integers(0, 3),
-        'warm_start': st.booleans(), 'still_interval': st.integers(1, 4), **paper}).map(
+        'warm_start': st.booleans(), 'still_interval': st.integers(1, 4),
+        'generations': st.integers(1, 2), **paper}).map(
             lambda chosen: MatcherConfig.from_profile(profile, **chosen))
 
 

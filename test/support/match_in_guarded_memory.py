@@ -119,7 +119,7 @@ SIZES = [(2, 2, 1, 0), (2, 2, 2, -2048), (3, 5, 5, -3), (2, 70, 33, -20), (40, 3
          (17, 63, 63, 0), (63, 97, 64, 2), (131, 129, 128, 0), (9, 310, 256, 5),
          (9, 310, 257, -150), (20, 513, 512, 2048)]
 KINDS = [(np.uint8, ()), (np.uint16, (3,)), (np.uint8, (3,)), (np.uint16, ())]
-CHANGES = {'realtime': {}, 'fast': {}, 'quality': {},
+CHANGES = {'realtime': {}, 'fast': {}, 'quality': {'generations': 2},
            'paper': {'population': 4, 'generations': 2}}
 
 
