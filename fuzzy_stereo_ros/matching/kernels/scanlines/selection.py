@@ -17,7 +17,8 @@ from fuzzy_stereo_ros.matching.kernels.addresses import (
     load_byte, load_long, load_short, store_byte, store_short)
 from fuzzy_stereo_ros.matching.kernels.compiled import called, inlined, kernel
 from fuzzy_stereo_ros.matching.kernels.possibility.costs import Features
-from fuzzy_stereo_ros.matching.kernels.scanlines.tile_costs import fill_costs, pixels_of
+from fuzzy_stereo_ros.matching.kernels.scanlines.tile_costs import (
+    fetch_features, fill_costs, pixels_of)
 from fuzzy_stereo_ros.matching.kernels.scanlines.tile_genes import (
     AHEAD, LINE, seen_size, SIDE, stride_of, Tiles)
 from fuzzy_stereo_ros.matching.kernels.scanlines.transpose import SQUARE, transpose
@@ -225,6 +226,10 @@ def sum_across(features, found, tiles, scratch, first, last):
                 transpose(costs + square, costs + square, stride)
             least = (_begin(found, tiles, tile, scratch) if column == 0 else
                      _carry(found, tiles, tile - 1, tile, least, scratch))
+            if column + 1 < tiles.columns:
+                label = np.int64(load_short(tiles.genes, tiles.stride * (tile + 1)))
+                for row in range(top, top + AHEAD):
+                    fetch_features(features, found, label, row, min((column + 2) * SIDE, columns))
             _, least = _move_across(tiles, tile, end - column * SIDE, scratch, kind, least,
                                     costs, sums, False)
         jump = kind

@@ -73,7 +73,7 @@ def _sum_boxes(kind, costs, stride, rows, places):
 
 
 @inlined
-def _fetch(features, found, label, row, end):
+def fetch_features(features, found, label, row, end):
     """Have features and priors of a row of a tile on their way; label: its first gene."""
     first, pointed = end - LANES, features.columns - end + label
     for plane in range(3 * row, 3 * row + 3):
@@ -103,7 +103,7 @@ def fill_costs(features, found, genes, count, top, below, end, costs, spare):
                 pixels_of(kind, features.census, 1, (3 * row + 2) * stride, end, spare))
         slope = pixels_of(kind, features.slopes, 1, row * features.slope_stride, end, spare)
         at = row * features.columns
-        _fetch(features, found, np.int64(load_short(genes, 0)), row + AHEAD, end)
+        fetch_features(features, found, np.int64(load_short(genes, 0)), row + AHEAD, end)
         half = _prior(kind, found.half_labels, found.half_weights, found.label_bytes, at, end,
                       spare)
         previous = _prior(kind, found.previous_labels, found.previous_weights, found.label_bytes,
