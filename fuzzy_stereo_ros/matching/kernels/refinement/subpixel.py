@@ -88,6 +88,7 @@ CALIBRATION = 0, 0.536, 0.692, 0.809, 0.905, 0.955, 0.986, 0.999, 1, 1, 1
 LINES = np.column_stack((
     CALIBRATION[:-1] - np.arange(10) * np.diff(CALIBRATION),
     10 * np.diff(CALIBRATION) / (AROUND**2 * CERTAIN * NEIGHBOURS))).astype(np.float32)
+LINES = LINES[LINES[:, 1] > 0]      # the others are 1, the most that confidence is
 
 
 @kernel(allocates=True)
