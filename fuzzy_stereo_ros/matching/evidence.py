@@ -43,7 +43,7 @@ class Evidence:
             return
         around = cv2.boxFilter(
             self._sums, -1, (3, 3), normalize=False, borderType=cv2.BORDER_CONSTANT)
-        sums = np.ascontiguousarray(np.moveaxis(around, 2, 0))
+        sums = np.ascontiguousarray(around.transpose(2, 0, 1))
         totals, squares, products, pixels = sums[:2], sums[2:4], sums[4], sums[5]
         variances = (np.maximum(squares - totals * totals / pixels, 0) / pixels / GREY_LEVEL**2
                      + UNSEEN**2)
