@@ -11,12 +11,12 @@ import math
 from threading import Lock
 from weakref import ref
 
+from fuzzy_stereo_ros.matching.kernels.simd import LINE
 import numpy as np
 
 BLOCK = 1 << 24     # bytes
 OWN = 1 << 22       # bytes from which on NumPy asks for large pages itself
 SMALL = 4096        # bytes below which an array fills no page
-LINE = 64           # bytes of a cache line
 
 
 class _Block:

@@ -12,6 +12,7 @@ from numba.core import cgutils
 from numba.extending import intrinsic, models, register_model
 
 LANES = 32
+LINE = 64       # bytes of a cache line
 
 
 class _Vector(types.Type):
@@ -117,7 +118,7 @@ def store(typing, array, index, vector):
 
 @intrinsic
 def prefetch(typing, address):
-    """Have the line of memory at an address on its way; it may lie outside of any array."""
+    """Have the cache line at an address on its way; it may lie outside of any array."""
     def generate(context, builder, signature, arguments):
         place = builder.inttoptr(arguments[0], ir.IntType(8).as_pointer())
         llvm_call(builder, 'llvm.prefetch.p0i8', ir.VoidType(), [

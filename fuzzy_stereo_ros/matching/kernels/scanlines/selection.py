@@ -20,12 +20,12 @@ from fuzzy_stereo_ros.matching.kernels.possibility.costs import Features
 from fuzzy_stereo_ros.matching.kernels.scanlines.tile_costs import (
     fetch_features, fill_costs, pixels_of)
 from fuzzy_stereo_ros.matching.kernels.scanlines.tile_genes import (
-    AHEAD, LINE, seen_size, SIDE, stride_of, Tiles)
+    AHEAD, seen_size, SIDE, stride_of, Tiles)
 from fuzzy_stereo_ros.matching.kernels.scanlines.transpose import SQUARE, transpose
 from fuzzy_stereo_ros.matching.kernels.scanlines.winner_takes_all import (
     choose_of_target, fitted_offsets)
 from fuzzy_stereo_ros.matching.kernels.simd import (
-    bit_and, bit_or, choose, LANES, less, load_like, minimum, prefetch, reversed_lanes,
+    bit_and, bit_or, choose, LANES, less, LINE, load_like, minimum, prefetch, reversed_lanes,
     saturating_add, saturating_subtract, shift_left, splat, splat_like, store, subtract, widen)
 import numpy as np
 

@@ -4,9 +4,9 @@
 from fuzzy_stereo_ros.matching.kernels.addresses import load_byte, load_short, store_byte
 from fuzzy_stereo_ros.matching.kernels.compiled import called, inlined
 from fuzzy_stereo_ros.matching.kernels.possibility.costs import cuts_of, DEAD_ZONE, raw_costs
-from fuzzy_stereo_ros.matching.kernels.scanlines.tile_genes import AHEAD, LINE, stride_of
+from fuzzy_stereo_ros.matching.kernels.scanlines.tile_genes import AHEAD, stride_of
 from fuzzy_stereo_ros.matching.kernels.simd import (
-    add, bit_and, equal_bits, label_above, label_below, LANES, load_like, minimum, narrow,
+    add, bit_and, equal_bits, label_above, label_below, LANES, LINE, load_like, minimum, narrow,
     prefetch, reversed_lanes, saturating_subtract, shift_right, splat, splat_like, store,
     subtract, widen)
 import numpy as np

@@ -20,7 +20,7 @@ import numpy as np
 
 SIDE = LANES         # pixels of a tile
 # Rows of a tile lie apart in memory, where a processor does not expect them: they are asked for.
-AHEAD, LINE = 3, 64  # rows that this is done ahead; bytes of a line of memory
+AHEAD = 3            # rows that this is done ahead
 STEP = 2             # every so many cells of a row or column of a parent are looked at
 MOST_GENES = 254     # of a tile; the largest disparities are dropped
 MUTATED, HALF_SIZE, PREVIOUS = range(3)     # where a gene is from; the last one counts
