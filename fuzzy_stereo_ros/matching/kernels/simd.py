@@ -325,3 +325,34 @@ def _of_halves(name):
 
 
 sums_of_halves, largest_of_halves = _of_halves('add'), _of_halves('smax')
+
+
+@intrinsic
+def transpose(typing, square, stride):
+    """Transpose LANES lines of as many bytes in their place, an address; stride: between lines."""
+    def generate(context, builder, signature, arguments):
+        begin, half, places = arguments[0], LANES // 2, []
+        for _ in range(LANES):
+            places.append(builder.inttoptr(begin, lanes_in_llvm(8).as_pointer()))
+            begin = builder.add(begin, arguments[1])
+        lines = [builder.load(place) for place in places]
+        for line in lines:
+            line.align = 1
+        # pairs of bytes of either half interleaved, which processors do in one instruction
+        low = [start + lane + other for start in (0, half) for lane in range(half // 2)
+               for other in (0, LANES)]
+        orders = low, [half // 2 + lane for lane in low]
+        sides = []
+        for begin in (0, half):
+            group = lines[begin:begin + half]
+            for _ in range(4):
+                group = [shuffled(builder, group[near], group[near + half // 2], order)
+                         for near in range(half // 2) for order in orders]
+            sides.append(group)
+        for near, ends in enumerate(zip(places[:half], places[half:])):
+            for side, place in zip((0, half), ends):
+                order = [start + side + lane for start in (0, LANES) for lane in range(half)]
+                builder.store(shuffled(
+                    builder, sides[0][near], sides[1][near], order), place).align = 1
+        return context.get_dummy_value()
+    return types.void(types.intp, types.intp), generate

@@ -109,8 +109,8 @@ class Averaging:
     pictures: uint16 (2, R, C), averaged, mirrored as the views are; tiles: `ViewTiles` of each;
     shift: how far the picture moved, down and right; shifts: int64 (2, 2, 2), the same of each
     view, of tiles that stay, then of those that move; ages_of_both: float32 by tile of the left
-    view, see the kernel; share: of the tiles that are unchanged, in the view that has fewer; noise:
-    grey levels
+    view, see the kernel; share: of the tiles that are unchanged, in the view that has fewer;
+    noise: grey levels
     """
 
     def __init__(self, rows, columns, offset):

@@ -21,13 +21,15 @@ from fuzzy_stereo_ros.matching.kernels.scanlines.tile_costs import (
     fetch_features, fill_costs, pixels_of)
 from fuzzy_stereo_ros.matching.kernels.scanlines.tile_genes import (
     AHEAD, seen_size, SIDE, stride_of, Tiles)
-from fuzzy_stereo_ros.matching.kernels.scanlines.transpose import SQUARE, transpose
 from fuzzy_stereo_ros.matching.kernels.scanlines.winner_takes_all import (
     choose_of_target, fitted_offsets)
 from fuzzy_stereo_ros.matching.kernels.simd import (
     bit_and, bit_or, choose, LANES, less, LINE, load_like, minimum, prefetch, reversed_lanes,
-    saturating_add, saturating_subtract, shift_left, splat, splat_like, store, subtract, widen)
+    saturating_add, saturating_subtract, shift_left, splat, splat_like, store, subtract, transpose,
+    widen)
 import numpy as np
+
+SQUARE = LANES * LANES      # bytes of a gene of a tile
 
 
 class Penalties(NamedTuple):
@@ -176,6 +178,13 @@ def _move(count, scratch, jump, least, costs, sums, begins):
     return smallest
 
 
+@called
+def _transpose(squares, count, stride):
+    """Transpose the squares of so many genes of a tile in their place."""
+    for square in range(squares, squares + count * LANES, LANES):
+        transpose(square, stride)
+
+
 @inlined
 def _move_across(tiles, tile, width, scratch, jump, least, costs, sums, leftwards):
     """
@@ -221,9 +230,8 @@ def sum_across(features, found, tiles, scratch, first, last):
             for row in range(top, below):
                 store(jumps, (row - top) * LANES, pixels_of(
                     kind, found.across, 1, row * columns, end, scratch.spare))
-            transpose(jumps, jumps, LANES)
-            for square in range(0, count * LANES, LANES):
-                transpose(costs + square, costs + square, stride)
+            _transpose(jumps, 1, LANES)
+            _transpose(costs, count, stride)
             least = (_begin(found, tiles, tile, scratch) if column == 0 else
                      _carry(found, tiles, tile - 1, tile, least, scratch))
             if column + 1 < tiles.columns:
@@ -241,9 +249,8 @@ def sum_across(features, found, tiles, scratch, first, last):
             costs, sums, stride = found.costs + place, found.sums + place, stride_of(count)
             jump, least = _move_across(tiles, tile, end - column * SIDE, scratch, jump, least,
                                        costs, sums, True)
-            for square in range(0, count * LANES, LANES):
-                transpose(costs + square, costs + square, stride)
-                transpose(sums + square, sums + square, stride)
+            _transpose(costs, count, stride)
+            _transpose(sums, count, stride)
 
 
 @inlined
