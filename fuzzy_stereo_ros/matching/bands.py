@@ -176,8 +176,7 @@ class Chain:
     """
     Stages that threads run in one call of `ThreadPool.run`, and so wait less for each other.
 
-    A stage that calls `each` of a chain, in the place of a pool's, is run later; with one thread,
-    which waits for nobody, at once.
+    A stage that calls `each` of a chain, in the place of a pool's, is run later.
 
     threads, parts: those of the pool
     """
@@ -195,10 +194,6 @@ class Chain:
         once that one is, and those before it (0: at once); with `reach`, where the stage just
         before has the same bands, once that is done with the item's own band and so many below.
         """
-        if self.threads == 1:
-            for item in items:
-                work(item)
-            return 0
         before, number = len(self._calls), len(items)
         if reach is None:
             return self._add(work, items, [before if after is None else after] * number)

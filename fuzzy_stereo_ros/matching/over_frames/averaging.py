@@ -107,10 +107,9 @@ class Averaging:
     Averages the views of one image size.
 
     pictures: uint16 (2, R, C), averaged, mirrored as the views are; tiles: `ViewTiles` of each;
-    shift: how far the picture moved, down and right; shifts: int64 (2, 2, 2), the same of each
-    view, of tiles that stay, then of those that move; ages_of_both: float32 by tile of the left
-    view, see the kernel; share: of the tiles that are unchanged, in the view that has fewer;
-    noise: grey levels
+    shifts: int64 (2, 2, 2), of each view, of tiles that stay and that move: down, right;
+    ages_of_both: float32 by tile of the left view, see the kernel; share: of the tiles that are
+    unchanged, in the view that has fewer; noise: grey levels
     """
 
     def __init__(self, rows, columns, offset):
@@ -130,7 +129,6 @@ class Averaging:
         self.tiles = [ViewTiles(*(values[side] for values in self._both)) for side in range(2)]
         self.noise, self.pictures, self.share = 0.0, None, 0.0
         self.shifts = np.zeros((2, 2, 2), np.int64)
-        self._move_by(0, 0)
 
     @property
     def kept(self):
@@ -186,9 +184,13 @@ class Averaging:
         return [(index, -(-first // TILE), -(-last // TILE))
                 for index, first, last in pool.parts(self._size[0])]
 
+    @property
+    def shift(self):
+        """How far the left picture moved, down and right."""
+        return tuple(self.shifts[0, 1].tolist())
+
     def _move_by(self, down, right):
-        """Write the shifts of each view: of tiles that stay, then of those that move."""
-        self.shift = down, right
+        """Write the shifts of tiles that move; the right view is mirrored."""
         self.shifts[:, 1] = (down, right), (down, -right)
 
     def _choose(self, pool, views, history, number):
@@ -225,7 +227,7 @@ class Averaging:
             tuple(view.luminance for view in views), history.pictures, labels, self._offset,
             (shifts[0], left.differences, left.choices), self._alike, *band[1:]), self.parts(pool))
         moves = self._alike > ALIKE
-        if np.count_nonzero(moves):
+        if moves.any():
             left.choices[moves], left.ages[moves] = -1, 1
             reject_pointed_at(moves, labels, self._offset, right.choices, right.ages)
 
