@@ -27,6 +27,7 @@ from fuzzy_stereo_ros.matching.bands import processors
 from fuzzy_stereo_ros.matching.config import MatcherConfig
 from fuzzy_stereo_ros.matching.kernels import compiled
 from fuzzy_stereo_ros.matching.matcher import warm_up_camera, warm_up_pairs
+from numba.core.types import BaseFunction
 import numpy as np
 
 DRY_RUNS = None, 1, 2   # of a dry run: seeds of what kernels write, None for nothing
@@ -82,6 +83,7 @@ def serve(config):
     os.write(answers, b'0\n')
     os.write(filled, b''.join(number.to_bytes(2, 'big') for number in range(len(calls))))
     os.close(filled)
+    remember_types()
     gc.disable()        # looking for garbage meanwhile is a fifth of the time
     forked = []
     while len(forked) < processors() - 1 and 0 not in forked:
@@ -98,6 +100,23 @@ def serve(config):
         os._exit(0)
     for process in forked:
         os.waitpid(process, 0)
+
+
+def remember_types():
+    """
+    Have numba find out once what an operator returns for arguments of some types.
+
+    It tries all implementations anew wherever the operator stands, a sixth of the time of
+    compiling. It may in a process that compiles kernels alone: their options are the same.
+    """
+    def call_type(function, context, types, named):
+        key = function, types, tuple(named.items())
+        if key not in known:
+            signature = find(function, context, types, named)
+            known[key] = signature, function.get_impl_key(signature)
+        signature, function._impl_keys[signature.args] = known[key]
+        return signature
+    known, find, BaseFunction.get_call_type = {}, BaseFunction.get_call_type, call_type
 
 
 def record_calls(config):
