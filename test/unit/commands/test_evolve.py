@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""`fuzzy-stereo evolve` tells and draws what happens, and rejects bad input in one sentence."""
+"""`fuzzy-stereo evolve` tells and draws what happens."""
 import json
 import os
 
@@ -12,9 +12,7 @@ from fuzzy_stereo_ros.pairs.image_files import read_image
 from fuzzy_stereo_ros.parameters.options import option_name
 from fuzzy_stereo_ros.views import evolution
 from fuzzy_stereo_ros.views.evolution import EvolutionFilm, RATES, STAY
-from fuzzy_stereo_ros.views.pictures import PANEL_SUFFIXES, write_figure
 from made_scenes import film
-from matplotlib.figure import Figure
 import numpy as np
 import pytest
 
@@ -58,21 +56,6 @@ def test_json_holds_every_generation_and_how_good_the_result_is(folder, pair, ca
     assert (figures['rows'], figures['columns'], figures['profile']) == (48, 80, 'paper')
 
 
-def test_a_person_reads_a_row_for_each_generation(folder, capsys):
-    assert main(words_for(profile='paper', population=3, generations=4,
-                          ground_truth='truth.pfm')) == 0
-    lines = capsys.readouterr().out.splitlines()
-    assert lines[0] == '80x48 pixels of the left image, profile paper, population 3'
-    assert lines[1].split()[:4] == ['generation', 'best', 'mean', 'worst']
-    rows = [[float(word) for word in line.split()[:5]] for line in lines[2:]]
-    assert [row[0] for row in rows] == [0, 1, 2, 3, 4]
-    assert all(row[1] >= row[2] >= row[3] and 0 <= row[4] <= 100 for row in rows)
-    assert all('first parent' in line for line in lines[3:])
-    assert main(words_for()) == 0
-    *others, last = capsys.readouterr().out.splitlines()
-    assert len(others) == 4 and last.startswith('nothing evolved: no plane of a plain region')
-
-
 def test_picture_and_video_are_written_and_printed_and_replace_others_where_that_is_said(
         folder, monkeypatch, capsys):
     """The video has a frame for each generation and repeats the last."""
@@ -94,14 +77,6 @@ def test_picture_and_video_are_written_and_printed_and_replace_others_where_that
         near = [abs(frame.astype(int) - other).mean() for other in drawn[:2]]
         assert np.argmin(near) == min(at, 1) and min(near) < 10
     assert not [name for name in os.listdir() if '.part' in name]
-
-
-def test_a_still_is_drawn_in_every_format_and_of_no_generation_too(folder):
-    assert main(words_for(profile='paper', population=3, generations=0, picture='a.svg')) == 0
-    assert 'fitness (uniform reading)' in (folder / 'a.svg').read_text()
-    for suffix, start in zip(PANEL_SUFFIXES, (b'\x89PNG', b'%PDF', b'<?xml'), strict=True):
-        write_figure(folder / f'b{suffix}', Figure())
-        assert (folder / f'b{suffix}').read_bytes().startswith(start)
 
 
 def test_an_interrupted_video_has_the_observed_generations(folder, monkeypatch, capsys):

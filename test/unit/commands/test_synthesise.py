@@ -118,24 +118,6 @@ def test_only_overwrite_replaces_a_sequence_with_all_old_files_and_nothing_else(
     assert files() == before
 
 
-def test_what_is_replaced_is_kept_until_the_new_folder_has_its_name(monkeypatch, capsys):
-    def replace(path, name, replaced=Path.replace):
-        if (path / 'new').is_dir():
-            raise OSError(5, 'Input/output error')
-        return replaced(path, name)
-
-    def write(folder, *_):
-        (folder / 'new').mkdir(parents=True)
-
-    assert synthesised(*SMALL, '--frames', '1') == 0
-    before = files()
-    monkeypatch.setattr(Path, 'replace', replace)
-    monkeypatch.setattr(synthesise, '_write_images', write)
-    assert synthesised(*SMALL, '--frames', '1', '--overwrite') == 2
-    assert 'scene cannot be written: Input/output error' in capsys.readouterr().err
-    assert files() == before
-
-
 @pytest.mark.parametrize('error, code, words', [
     (OSError(28, 'No space left on device'), 2, 'scene cannot be written: No space left on dev'),
     (KeyboardInterrupt(), 130, 'fuzzy-stereo: interrupted; the folder is as before')])

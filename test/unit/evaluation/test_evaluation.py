@@ -3,7 +3,6 @@
 """Figures of a map are what a person counts by hand."""
 import math
 
-from fuzzy_stereo_ros.evaluation.report import markdown, Report, Table
 from fuzzy_stereo_ros.evaluation.scores import error_map, flicker, score
 from hypothesis import given, strategies as st
 from hypothesis.extra import numpy as arrays
@@ -72,16 +71,3 @@ def test_a_map_that_moves_with_the_scene_does_not_flicker(shift):
     after = scene[5 - shift[0]:25 - shift[0], 5 - shift[1]:35 - shift[1]]
     assert flicker(before, after, shift) == 0
     assert flicker(before, after) > 50
-
-
-# ---- tables ----
-
-
-def test_a_table_has_columns_of_equal_width_and_a_dash_where_nothing_is_known():
-    rows = ('a scene', NAN), ('another', None), ('a third', 2.5)
-    lines = markdown(Report('accuracy', 'Accuracy', {'machine': 'one'}, [
-        Table('Errors', ('', 'ours'), rows, 'Note.')], ['x'])).splitlines()
-    assert [line for line in lines if line.startswith('|')] == [
-        '|         |   ours |', '|:--------|-------:|', '| a scene |      - |',
-        '| another |      - |', '| a third |   2.50 |']
-    assert {'- machine: one', '- x'} < set(lines)

@@ -46,14 +46,6 @@ def test_generations_are_counted_and_told_up_to_the_budget_or_until_all_are_alik
         assert row.gains == {'step': 1.0, 'rest': 0.0}
 
 
-@given(st.lists(st.integers(-2**70, 2**70), max_size=4), st.integers(0, 40))
-def test_equal_words_give_equal_numbers_from_0_to_below_1(words, number):
-    draws = Random(tuple(words)).uniform(number)
-    np.testing.assert_array_equal(draws, Random(tuple(words)).uniform(number))
-    assert draws.shape == (number,)
-    assert ((draws >= 0) & (draws < 1)).all()
-
-
 COMMON = {'disparities': 24, 'threads': 1, 'generations': 2, 'reference': 'left'}
 CONFIGS = {
     'realtime': MatcherConfig(**COMMON),

@@ -8,7 +8,7 @@ from bench.conditions import misaligned
 from fuzzy_stereo_ros.matching import MatcherConfig, plausibility, StereoMatcher
 from fuzzy_stereo_ros.matching.bands import ThreadPool
 from fuzzy_stereo_ros.matching.match import Match
-from fuzzy_stereo_ros.matching.out_of_range import EXTRA_LABELS, reject_beyond, searched
+from fuzzy_stereo_ros.matching.out_of_range import EXTRA_LABELS, reject_beyond
 from fuzzy_stereo_ros.matching.plausibility import PlausibilityCheck
 from fuzzy_stereo_ros.synthetic.scenes import make_pair
 from hypothesis import given, settings, strategies as st
@@ -235,14 +235,6 @@ def test_what_is_nearer_than_the_range_is_no_surface_and_not_filled_where_it_was
     assert not filled.confidence[np.isnan(filled.disparity)].any()
 
 
-@given(st.integers(1, 4096), st.integers(1, 9999))
-def test_the_margin_ends_where_the_image_and_what_can_be_searched_do(disparities, columns):
-    config = MatcherConfig(disparities=disparities)
-    most = max(min(columns, 4096), disparities)
-    assert searched(config, columns).disparities == min(disparities + EXTRA_LABELS, most)
-    assert searched(replace(config, algorithm='paper'), columns).disparities == disparities
-
-
 @settings(max_examples=50)
 @given(st.lists(st.sampled_from([0.0, 34.9, 35.0, 35.4, 35.5, 35.6, 36.4, 43.0, 46.0, np.nan]),
                 min_size=1, max_size=40), st.sampled_from([0, -20, 7]))
@@ -265,14 +257,3 @@ def test_more_than_half_a_pixel_beyond_the_range_is_rejected(values, lowest):
 def test_the_range_that_would_do_holds_what_was_found_or_is_a_third_larger(
         values, disparities, enough):
     assert rejected([values], disparities=disparities).needed_disparities == enough
-
-
-def test_the_finding_says_how_much_lies_beyond_and_what_to_search(known):
-    config = MatcherConfig(disparities=48)
-    match = StereoMatcher(config).match(known.left, known.right)
-    check = PlausibilityCheck()
-    assert check.add(known.left, known.right, match, config) is None
-    match = replace(match, beyond=0.032, needed_disparities=80)     # too few features show it
-    assert check.add(known.left, known.right, match, config).sentence == (
-        '3.2 % of the matches are nearer than the range reaches (disparity above 47) and were '
-        'rejected: search 80 disparities or more')

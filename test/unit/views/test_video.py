@@ -8,7 +8,7 @@ from fuzzy_stereo_ros.matching.match import colour_disparity, HATCH
 from fuzzy_stereo_ros.pairs.image_files import in_eight_bits
 from fuzzy_stereo_ros.views import video
 from fuzzy_stereo_ros.views.video import (
-    CODECS, disparity_picture, HEAD, PANEL, side_by_side, VideoFile, VideoSink)
+    CODECS, disparity_picture, HEAD, side_by_side, VideoFile, VideoSink)
 from made_scenes import DISPARITIES, film, made_matched
 import numpy as np
 import pytest
@@ -63,12 +63,6 @@ def test_the_first_frame_decides_the_size_and_others_are_fitted_into_it(tmp_path
     wide, high = (frame[:, :, 1] > 120 for frame in frames[1:])
     assert wide[:24].all() and not wide[24:].any()
     assert high[:, :16].all() and not high[:, 16:].any()
-
-
-def test_a_frame_larger_than_players_take_is_reduced(tmp_path, monkeypatch):
-    monkeypatch.setattr(video, 'LARGEST_FRAME', (64, 32))
-    frames, _ = written(tmp_path / 'video.mp4', plain(200, 40, 160))
-    assert frames[0].shape == (16, 64, 3)
 
 
 def test_a_browser_can_play_an_mp4_that_pyav_writes(tmp_path):
@@ -137,15 +131,6 @@ def test_a_frame_is_the_reference_image_the_disparity_and_the_confidence(options
     assert (pictures[2][:, 0] == ramp[0]).all() and (pictures[2][:, -1] == ramp[1]).all()
 
 
-def test_above_each_picture_stand_words_and_above_two_the_bars_of_their_colours():
-    heads = np.split(side_by_side(made_matched(), *RANGE)[:HEAD], 3, axis=1)
-    assert all((head[:26] > 200).any() for head in heads)
-    assert not np.ptp(heads[0].astype(int), axis=2).any()
-    for head, colours in zip(heads[1:], (cv2.COLORMAP_TURBO, cv2.COLORMAP_VIRIDIS)):
-        for end in cv2.applyColorMap(np.array([[0, 255]], np.uint8), colours)[0]:
-            assert (head == end).all(axis=2).sum() >= 10
-
-
 def test_a_picture_of_disparities_has_colours_over_what_is_there_and_a_legend():
     disparity = np.linspace(20, 30, 400, dtype=np.float32)[np.newaxis].repeat(60, axis=0)
     disparity[:, :40] = np.nan
@@ -156,14 +141,6 @@ def test_a_picture_of_disparities_has_colours_over_what_is_there_and_a_legend():
     assert abs(picture[-1, 42] - ramp[0]).max() < 40 and (picture[-1, 399] == ramp[1]).all()
     assert set(picture[HEAD + 1:, :40].ravel()) == set(HATCH)
     assert disparity_picture(np.full((9, 9), np.nan, np.float32)).shape[2] == 3
-
-
-def test_a_narrow_picture_is_repeated_and_a_wide_one_reduced():
-    narrow = side_by_side(made_matched(20, 100), *RANGE)
-    assert narrow.shape == (HEAD + 80, 3 * 400, 3)
-    assert np.array_equal(narrow[HEAD::4, :400:4, 0], made_matched(20, 100).pair.left)
-    wide = side_by_side(made_matched(20, 2 * PANEL[1]), *RANGE)
-    assert wide.shape == (HEAD + 10, 3 * PANEL[1], 3)
 
 
 # ---- colours ----

@@ -3,7 +3,6 @@
 """What is told of an evolution is what happened, and telling changes no bit of it."""
 from dataclasses import replace
 import json
-import os
 
 import cv2
 from fuzzy_stereo_ros.commands.command_line import main
@@ -12,8 +11,8 @@ from fuzzy_stereo_ros.matching.paper.fitness import Lineage
 from fuzzy_stereo_ros.synthetic.scenes import make_pair
 from fuzzy_stereo_ros.views import evolution as evolution_view
 from fuzzy_stereo_ros.views.evolution import (
-    Course, EvolutionFigure, EvolutionFilm, FIRST, MUTATED, observe_frames, observe_generations,
-    ORIGIN_COLOURS, origin_of_fittest_child, RATES, SECOND, Snapshot, STAY)
+    Course, EvolutionFigure, FIRST, MUTATED, observe_frames, observe_generations,
+    ORIGIN_COLOURS, origin_of_fittest_child, RATES, SECOND, STAY)
 from made_scenes import bits, matched
 from matplotlib.colors import to_rgb
 import numpy as np
@@ -94,24 +93,6 @@ def test_the_origin_of_the_fittest_child_has_its_parents_and_mutations():
         np.testing.assert_array_equal(origin, expected)
 
 
-# ---- the course ----
-
-
-@pytest.mark.parametrize('first, last, ends, numbers', [
-    (0, 0, 0, [0]), (0, 4, 4, [0, 1, 2, 3, 4]), (0, 8, 8, [0, 1, 2, 4, 8]), (1, 1, 1, [1]),
-    (1, 30, 30, [1, 2, 3, 10, 30]), (0, 1000, 7, [0, 1, 7])])       # it converges early
-def test_at_most_five_are_shown_the_first_two_and_the_last_among_them(first, last, ends, numbers):
-    course = Course(replace(CONFIGS['paper'], generations=last), frames=first and last)
-    for number in range(first, ends + 1):
-        course.add(Snapshot(number, *3 * [np.zeros((2, 3), np.float32)],
-                            np.array([1.0, 4.0 + number]), None))
-    assert [snapshot.number for snapshot in course.shown] == numbers
-    assert course.rows[-1] == {
-        'number': ends, 'best_fitness': 4.0 + ends, 'mean_fitness': (5.0 + ends) / 2,
-        'worst_fitness': 1.0, 'bad_1': None, 'origins': {}}
-    assert len(course.rows) == ends + 1 - first
-
-
 # ---- the still and the film of an evolution show what its snapshots hold ----
 
 
@@ -150,15 +131,6 @@ def test_the_still_shows_fitness_possibilities_and_where_genes_come_from(
 def small_film(monkeypatch):
     """Let frames be drawn in a quarter of the pixels, which takes less time."""
     monkeypatch.setattr(evolution_view, 'DOTS', (50, 200))
-
-
-def test_a_long_evolution_is_shown_faster(tmp_path):
-    for course, rate in ((Course(MatcherConfig(generations=55)), 6),
-                         (Course(MatcherConfig(), frames=5000), RATES[1])):
-        film = EvolutionFilm(tmp_path / 'film.mp4', course)
-        assert film.rate == rate
-        film.close()
-    assert os.listdir(tmp_path) == []
 
 
 # ---- from frame to frame, as `evolve` shows it of two folders ----
