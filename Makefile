@@ -91,11 +91,11 @@ $(kernels_compiled): $(package_installed) $(filter fuzzy_stereo_ros/matching/%,$
 	touch $@
 
 # Files are taken in their order, in which the longest, of fuzz, are among the first ones.
-test-rest: $(package_installed) $(sphinx_installed)
+test-rest: $(package_installed) docs
 	$(python) -m pytest -m 'slow and not alone' $(parallel) --no-loadscope-reorder $(PYTEST_ARGS)
 	$(python) -m pytest -m 'slow and alone' $(PYTEST_ARGS)
 
-test-all: lint $(sphinx_installed)
+test-all: lint docs
 	$(python) -m pytest $(PYTEST_ARGS)
 
 fuzz: $(package_installed)

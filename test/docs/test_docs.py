@@ -1,17 +1,18 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Links of the pages lead on, and their tables and names are those of the code."""
+"""Links of the pages lead on; their tables, names, sentences and recipes fit the code."""
 import ast
 from functools import cache
+from pathlib import Path
 import re
-import subprocess
-import sys
 
 from bench.page import QUOTE, requoted
 from bench.parameter_pages import renewed
+from fuzzy_stereo_ros.pairs.result_messages import TOPICS
+from fuzzy_stereo_ros.parameters.table import ROS_PARAMETERS
 from pages import FENCE, ROOT, said, text_of
 import pytest
-
+import yaml
 
 SKIPPED = {'build', 'dist', 'install', 'log', 'test'}
 PAGES = sorted(path.relative_to(ROOT).as_posix()
@@ -78,17 +79,6 @@ def test_the_parameter_tables_are_those_of_the_declaration():
         'renew them: python -m bench.parameter_pages docs/parameters.md'
 
 
-@pytest.mark.parametrize('page', ['docs/architecture.md', 'docs/algorithm.md'])
-def test_every_module_that_a_page_names_exists(page):
-    modules = {file.relative_to(root).as_posix() for root, files in (
-        (ROOT / 'fuzzy_stereo_ros', (ROOT / 'fuzzy_stereo_ros').rglob('*.py')),
-        (ROOT, ROOT.glob('bench/**/*.py'))) for file in files}
-    short = {name.split('/')[-1] for name in modules}
-    for named in re.findall(r'[\w/]+\.py\b', text_of(page)):
-        if not named.startswith('test/'):
-            assert named in (modules if '/' in named else short), named
-
-
 @pytest.mark.parametrize('page', [path for path in PAGES if path.endswith('.md')])
 def test_every_test_that_a_page_names_exists(page):
     files = list((ROOT / 'test').rglob('test_*.py'))
@@ -96,18 +86,6 @@ def test_every_test_that_a_page_names_exists(page):
         name for file in files
         for name in re.findall(r'^def (test_\w+)', file.read_text(encoding='utf-8'), re.MULTILINE)}
     assert set(re.findall(r'\btest_\w+', text_of(page))) <= names
-
-
-@pytest.mark.slow
-def test_make_docs_builds_all_pages_without_a_warning(tmp_path):
-    for library in ('sphinx', 'myst_parser'):
-        pytest.importorskip(library, reason='Sphinx is not installed: requirements/docs.txt')
-    (command,) = re.findall(r'^\t\$\(python\) (-m sphinx .*) docs/_build$',
-                            text_of('Makefile'), re.MULTILINE)
-    done = subprocess.run([sys.executable, *command.split(), str(tmp_path)], cwd=ROOT, text=True,
-                          capture_output=True)
-    assert (done.returncode, done.stderr) == (0, '')
-    assert (tmp_path / 'docs' / 'index.html').exists()
 
 
 # ---- the sentences that the page of troubles quotes are those of the code ----
@@ -134,3 +112,45 @@ def texts():
 def test_a_quoted_sentence_is_one_of_the_code(sentence):
     """Part by part, between … for what differs."""
     assert [part for part in map(str.strip, sentence.split('…')) if part not in texts()] == []
+
+
+# ---- recipes and the files of viewers parse, and ask this node for what it has ----
+
+
+FOLDER = ROOT / 'docs' / 'recipes'
+LAUNCHES = sorted(path.name for path in FOLDER.glob('*.launch.yaml'))
+SHARE, HERE = '$(find-pkg-share fuzzy_stereo_ros)', '$(dirname)'
+OUTPUTS = {topic for several in TOPICS.values() for topic, _ in several}
+INPUTS = {f'{side}/{name}' for side in ('left', 'right') for name in ('image_rect', 'camera_info')}
+ROWS = {row.name: row for row in ROS_PARAMETERS}
+
+
+def parameters_of(path):
+    """Return the parameters, for nodes of any name, of a file that a launch file names."""
+    place = path.replace(SHARE, str(ROOT)).replace(HERE, str(FOLDER))
+    return yaml.safe_load(Path(place).read_text(encoding='utf-8'))['/**']['ros__parameters']
+
+
+@pytest.mark.parametrize('name', LAUNCHES)
+def test_a_recipe_gives_arguments_and_topics_that_there_are_and_files_that_parse(name):
+    ours, *others = yaml.safe_load((FOLDER / name).read_text(encoding='utf-8'))['launch']
+    assert ours['include']['file'] == f'{SHARE}/launch/fuzzy_stereo.launch.py'
+    arguments = {one['name']: one['value'] for one in ours['include']['arg']}
+    assert set(parameters_of(arguments.pop('params_file'))) == {'confidence_threshold'}
+    for argument, value in arguments.items():
+        assert isinstance(value, str)       # launch takes no other arguments
+        ROWS[argument].checked(yaml.safe_load(value))
+    for node in (other['node'] for other in others):
+        for remap in node.get('remap', []):
+            assert remap['to'] in OUTPUTS | INPUTS
+            assert remap['from'] not in OUTPUTS
+        for one in node['param']:
+            if 'from' in one:
+                parameters_of(one['from'])
+
+
+@pytest.mark.parametrize('name', ['stereo.rviz', 'foxglove.json'])
+def test_a_viewer_shows_topics_that_there_are(name):
+    shown = set(re.findall(r'[" ]/([\w/]+)["\n]', text_of(f'config/{name}'))) - {'disparity_node'}
+    assert shown <= OUTPUTS | INPUTS | {'diagnostics'}
+    assert 'points2' in shown

@@ -86,11 +86,6 @@ def imports_of(tree):
         elif isinstance(node, ast.ImportFrom):
             start = 'a relative ' * bool(node.level) + (node.module or 'name')
             found.extend((node.lineno, f'{start}.{alias.name}', inside) for alias in node.names)
-        elif isinstance(node, ast.Call):
-            called = getattr(node.func, 'attr', getattr(node.func, 'id', ''))
-            if called in ('import_module', '__import__') and node.args:
-                named = getattr(node.args[0], 'value', None)
-                found.append((node.lineno, str(named or 'a computed name'), inside))
         for child in ast.iter_child_nodes(node):
             visit(child, inside)
 
