@@ -6,12 +6,11 @@ import json
 import os
 from pathlib import Path
 from random import Random
-import re
 import subprocess
 import sys
 
 from fuzzy_stereo_ros.commands import match as match_command
-from fuzzy_stereo_ros.commands.command_line import commands, main
+from fuzzy_stereo_ros.commands.command_line import main
 from fuzzy_stereo_ros.evaluation.scores import score
 from fuzzy_stereo_ros.matching import MatcherConfig, PROFILES, StereoMatcher
 from fuzzy_stereo_ros.matching.match import Camera
@@ -152,13 +151,6 @@ def test_an_interrupt_ends_with_code_130_and_what_is_left_behind(folder, monkeyp
     assert not (folder / 'out.pfm').exists()
 
 
-def test_without_arguments_there_is_the_help_and_the_code_of_bad_input(capsys):
-    assert main([]) == 2
-    out, err = capsys.readouterr()
-    assert out == '' and err.startswith('usage: fuzzy-stereo [-h] [--version] COMMAND')
-    assert all(re.search(f'^    {name}\\b', err, re.MULTILINE) for name in commands())
-
-
 def test_the_command_starts_without_the_libraries_that_are_optional():
     extras = ('argcomplete', 'av', 'dask', 'distributed', 'jinja2', 'matplotlib', 'pandas',
               'rosbags', 'tabulate')
@@ -166,6 +158,23 @@ def test_the_command_starts_without_the_libraries_that_are_optional():
         f'import sys; sys.modules.update(dict.fromkeys({extras}))\n'
         'from fuzzy_stereo_ros.commands.command_line import main\n'
         "main(['--version'])")], check=True)
+
+
+# ---- benchmark ----
+
+
+def test_benchmark_measures_latency_processor_time_and_memory_of_each_matcher(capsys):
+    assert main(['benchmark', '--columns', '96', '--rows', '48', '--disparities', '16',
+                 '--repeats', '2', '--threads', '1', '--json']) == 0
+    report = json.loads(capsys.readouterr().out)
+    (table,) = report['tables']
+    assert table['title'] == '96x48, 16 disparities' and report['settings']['threads'] == '1 each'
+    assert [row[0] for row in table['rows']] == [
+        'ours, cold', 'ours, warm', 'OpenCV BM tuned', 'OpenCV SGBM tuned', 'OpenCV 3WAY tuned',
+        'OpenCV HH4 tuned']
+    for _, median, late, processor, memory in table['rows']:
+        assert 0 < median <= late and processor > 0
+        assert memory >= 0
 
 
 # ---- a saved pair ----

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""What holds of every profile: equal bits, kinds of images, either reference, fills."""
+"""What holds of every profile: equal bits, kinds of images, either reference, fills, memory."""
 from dataclasses import replace
 from functools import cache
 import gc
@@ -8,6 +8,8 @@ import weakref
 
 from bench.conditions import misaligned
 from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
+from fuzzy_stereo_ros.matching.arrays import BLOCK, OWN, zeros
+from fuzzy_stereo_ros.matching.kernels.addresses import address_of
 from fuzzy_stereo_ros.matching.matcher import ALGORITHMS
 from fuzzy_stereo_ros.matching.over_frames.moving_camera import FOLLOWED
 from fuzzy_stereo_ros.synthetic.scenes import make_pair
@@ -52,6 +54,21 @@ def test_a_deleted_matcher_frees_its_memory_at_once(profile):
         assert gc.collect() == 0    # no part of it was left in a circle of references
     finally:
         gc.enable()
+
+
+def test_a_block_of_memory_ends_with_the_last_of_its_arrays():
+    arrays = [zeros(OWN - 1, np.uint8) for _ in range(BLOCK // OWN + 1)]
+    block = weakref.ref(arrays[-1].base)
+    del arrays
+    gc.collect()
+    assert block() is None
+
+
+def test_an_array_with_gaps_has_no_address_to_walk_from():
+    rows = np.zeros((4, 6), np.uint8)
+    assert address_of(rows[1:]) == rows.ctypes.data + 6
+    with pytest.raises(ValueError, match=r'strides \(6, 2\) is not contiguous'):
+        address_of(rows[:, ::2])
 
 
 def test_what_was_warmed_up_for_or_matched_before_a_reset_or_cold_leaves_no_trace(config):
