@@ -1,27 +1,18 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Arguments of the launch files: which there are, and what a wrong one is told."""
-import subprocess
 import sys
 
 from fuzzy_stereo_ros.parameters.table import IGNORED_PARAMETERS, ROS_PARAMETERS
-from launched import actions, FOLDER, launch_ros, PEER, PROFILES_FILE, visited
+from launched import actions, launch_ros, PEER, PROFILES_FILE, visited
 from node_process import ros_environment
+from pages import commands, pages_with_commands
 import pytest
 
 OUR_OWN = ('node_name', 'params_file', 'managed', 'queue_size',
            'approximate_sync_tolerance_seconds', 'image_transport', 'use_sim_time', 'log_level',
            'output')
 FILES = FUZZY_STEREO, DEMO = 'fuzzy_stereo.launch.py', 'demo.launch.py'
-LAUNCH = """
-import sys
-from launch import LaunchDescription, LaunchService
-from launch.actions import IncludeLaunchDescription
-service = LaunchService()
-service.include_launch_description(LaunchDescription([
-    IncludeLaunchDescription(sys.argv[1], launch_arguments=[tuple(sys.argv[2:])])]))
-sys.exit(service.run())
-"""
 
 
 @pytest.fixture(autouse=True)
@@ -66,15 +57,14 @@ def test_a_wrong_value_ends_in_one_sentence(file, name, value, sentence):
     assert str(raised.value) == sentence
 
 
-def test_launch_prints_the_sentence_and_starts_nothing():
-    ended = subprocess.run(
-        [sys.executable, '-c', LAUNCH, FOLDER / FUZZY_STEREO, 'disparity_range', '0'],
-        capture_output=True, text=True, check=False)
-    assert ended.returncode == 1
-    printed = ended.stdout + ended.stderr
-    assert 'disparity_range is 0; allowed are whole numbers from 1 to 4096' in printed
-    assert 'process started' not in printed
-    assert 'Traceback' not in printed
+@pytest.mark.parametrize('words', [words for page in pages_with_commands()
+                                   for words in commands(page, 'ros2 launch')], ids=' '.join)
+def test_a_launch_command_of_a_page_has_arguments_of_its_file_with_allowed_values(words):
+    _, _, package, file, *given = words
+    assert package == 'fuzzy_stereo_ros'
+    settings = dict(word.split(':=') for word in given if word != '--show-args')
+    assert settings.keys() <= argument_names(file)
+    visited(file, **settings)
 
 
 def test_a_container_is_told_that_the_node_runs_beside_it():
@@ -93,28 +83,6 @@ def test_a_profile_of_fast_dds_that_is_set_is_kept(monkeypatch):
             assert not any(isinstance(action, actions.SetEnvironmentVariable)
                            for action in visited(file)[1])
         monkeypatch.delenv(name)
-
-
-def test_the_demo_shows_the_preview_where_there_is_a_viewer_and_says_how_elsewhere(
-        monkeypatch, tmp_path):
-    def nodes(found):
-        return [action.node_package for action in found if isinstance(action, launch_ros.Node)]
-
-    def install(package):
-        marker = tmp_path / 'share' / 'ament_index' / 'resource_index' / 'packages' / package
-        marker.parent.mkdir(parents=True, exist_ok=True)
-        marker.touch()
-
-    monkeypatch.setenv('AMENT_PREFIX_PATH', str(tmp_path))
-    install('fuzzy_stereo_ros')
-    assert notices(*visited(DEMO)) == [
-        'rqt_image_view is not installed: open the topic /preview in RViz or Foxglove; '
-        'the node matches only while an output has a subscriber']
-    install('rqt_image_view')
-    context, found = visited(DEMO)
-    assert sorted(nodes(found)) == ['fuzzy_stereo_ros', 'fuzzy_stereo_ros', 'rqt_image_view']
-    assert notices(context, found) == []
-    assert 'rqt_image_view' not in nodes(visited(DEMO, viewer='false')[1])
 
 
 def test_without_an_installed_package_python_runs_the_module(monkeypatch, tmp_path):

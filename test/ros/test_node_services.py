@@ -1,7 +1,6 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """The services of the real node, and the `ros2` commands of the pages by what they stand for."""
-import ast
 from contextlib import closing
 import json
 import shutil
@@ -9,19 +8,17 @@ import threading
 from types import SimpleNamespace
 
 from fuzzy_stereo_ros.commands.command_line import main
-from fuzzy_stereo_ros.pairs.result_messages import TOPICS
-from fuzzy_stereo_ros.parameters.table import ROS_PARAMETERS
 from made_messages import values_of
 from made_scenes import noisy as made_noisy, shifted_pair
 from node_process import own_domain, SOON
 import numpy as np
-from pages import commands, pages_with_commands, ROOT
+from pages import commands, pages_with_commands
 import pytest
 import yaml
 
 LEFT, RIGHT = shifted_pair(7)
-COMMANDS = [words for page in pages_with_commands() for words in commands(page, 'ros2')]
-ROWS = {row.name: row for row in ROS_PARAMETERS}
+COMMANDS = [words for page in pages_with_commands() for words in commands(page, 'ros2')
+            if words[1] != 'launch']    # those: see test_launch_arguments.py
 
 
 def noisy(seed):
@@ -139,21 +136,6 @@ def test_reset_has_the_next_pair_matched_as_if_it_were_the_first(bench):
 # ---- the `ros2` commands of the pages ----
 
 
-def in_one_line(words):
-    return ' '.join(words)
-
-
-def type_of(topic):
-    """Return the message class of a topic of the node or of the cameras."""
-    from diagnostic_msgs.msg import DiagnosticArray
-    from fuzzy_stereo_ros.node.publications import TYPES
-    from sensor_msgs.msg import CameraInfo
-
-    outputs = {f'/{name}': TYPES[kind] for several in TOPICS.values() for name, kind in several}
-    cameras = {f'/{side}/camera_info': CameraInfo for side in ('left', 'right')}
-    return {'/diagnostics': DiagnosticArray, **outputs, **cameras}[topic]
-
-
 def set_parameter(bench, node, name, value):
     assert node == '/disparity_node'
     (before,) = bench.parameters(name)
@@ -176,10 +158,13 @@ def call(bench, service, kind):
 
 
 def echo(bench, *words):
+    from diagnostic_msgs.msg import DiagnosticArray
+    from stereo_msgs.msg import DisparityImage
     *options, topic = words
+    kind = {'/diagnostics': DiagnosticArray, '/disparity': DisparityImage}[topic]
     fields = [name for option, name in zip(options, options[1:]) if option == '--field']
     messages = {}
-    bench.collect(type_of(topic), topic, messages)
+    bench.collect(kind, topic, messages)
     bench.until(lambda: bench.rig.publish(LEFT, RIGHT) and messages, topic)
     (_, message), *_ = messages.items()
     for name in fields:
@@ -207,29 +192,8 @@ MEANINGS = {('bag', 'record'): recorded, ('param', 'set'): set_parameter,
             ('node', 'info'): node_is_there}
 
 
-@pytest.mark.parametrize('words', [words for words in COMMANDS if words[1] != 'launch'],
-                         ids=in_one_line)
+@pytest.mark.parametrize('words', COMMANDS, ids=' '.join)
 def test_a_ros_command_does_what_it_says_with_the_real_node(bench, words):
     if not bench.subscriptions:
         bench.begin(LEFT, RIGHT)
     MEANINGS[tuple(words[1:3])](bench, *words[3:])
-
-
-def arguments_of(file):
-    """Return the names of the arguments that a launch file has besides the node's parameters."""
-    tree = ast.parse((ROOT / 'launch' / file).read_text(encoding='utf-8'))
-    return {call.args[0].value for call in ast.walk(tree)
-            if isinstance(call, ast.Call) and getattr(call.func, 'id', '') == 'Parameter'}
-
-
-@pytest.mark.parametrize('words', [words for words in COMMANDS if words[1] == 'launch'],
-                         ids=in_one_line)
-def test_a_launch_command_has_arguments_of_its_file_with_allowed_values(words):
-    _, _, package, file, *given = words
-    assert package == 'fuzzy_stereo_ros'
-    if given == ['--show-args']:
-        given = []
-    settings = dict(word.split(':=') for word in given)
-    assert settings.keys() <= arguments_of(file) | ROWS.keys()
-    for name in settings.keys() & ROWS.keys():
-        ROWS[name].checked(yaml.safe_load(settings[name]))

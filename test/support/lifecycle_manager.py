@@ -5,10 +5,6 @@ from lifecycle_msgs.msg import Transition
 from lifecycle_msgs.srv import ChangeState, GetState
 from node_process import START
 
-SHUTDOWNS = {'unconfigured': Transition.TRANSITION_UNCONFIGURED_SHUTDOWN,
-             'inactive': Transition.TRANSITION_INACTIVE_SHUTDOWN,
-             'active': Transition.TRANSITION_ACTIVE_SHUTDOWN}
-
 
 class Manager:
     """Asks `/disparity_node` through the listener of `ros_bench.Surroundings`."""
@@ -30,8 +26,7 @@ class Manager:
     def change(self, name):
         """Ask for a transition, wait for its end, and return the label of the state then."""
         before = self.state()
-        number = (SHUTDOWNS[before] if name == 'shutdown' else
-                  getattr(Transition, f'TRANSITION_{name.upper()}'))
+        number = getattr(Transition, f'TRANSITION_{name.upper()}')
         future = self._clients[ChangeState].call_async(
             ChangeState.Request(transition=Transition(id=number)))
         self._around.until(future.done, f'the end of {name}', timeout=START)
