@@ -8,7 +8,6 @@ import math
 from fuzzed import examples
 from fuzzy_stereo_ros.matching import MatcherConfig, PROFILES, StereoMatcher
 from fuzzy_stereo_ros.matching.matcher import MOST_PIXELS, MOST_SIDE
-from fuzzy_stereo_ros.parameters.table import ROS_PARAMETERS
 from hypothesis import given, settings, strategies as st
 from hypothesis.extra import numpy as arrays
 import numpy as np
@@ -170,24 +169,7 @@ def test_a_configuration_takes_a_value_or_rejects_it_by_name(changes):
         assert row.low is None or row.low <= value <= row.high
 
 
-ROWS = ROS_PARAMETERS
-
-
-@examples(400)
-@given(st.sampled_from(ROWS), VALUES)
-def test_a_row_of_the_table_takes_a_value_of_its_type_or_rejects_it(row, value):
-    try:
-        taken = row.checked(value)
-    except ValueError as rejection:
-        assert str(rejection).startswith(f'{row.name} is ')
-        assert '; allowed are ' in str(rejection)
-        return
-    assert type(taken) is type(row.default)
-    assert taken == type(taken)(value)      # 1/3 as the nearest float
-
-
 # ---- known answers of whole matches where integers are narrow ----
-
 
 FULL = 2**16 - 1
 BORDER = 6      # px, where windows reach beyond the image

@@ -178,11 +178,6 @@ def test_interruptions_leave_a_bag_of_what_was_matched_or_nothing(
         assert {path.name for path in folder.iterdir()} == {'bag'}
 
 
-def test_an_interruption_while_the_command_is_loaded_is_no_traceback(folder):
-    ended = run(LOADING, 'fuzzy_stereo_ros.commands.replay', 'bag')
-    assert (ended.returncode, ended.stderr) == (INTERRUPTED, '')
-
-
 @pytest.mark.parametrize(('form', 'length'), [
     ('ros1', 60_000), ('mcap', 60_000), ('sqlite3', 9000)])
 def test_a_damaged_bag_is_matched_up_to_the_damage(folder, capsys, form, length):
@@ -220,18 +215,6 @@ def test_a_damaged_output_is_not_continued(folder, capsys, interrupted, storage)
     file.write_bytes(whole[:len(whole) * 3 // 4])
     assert rejection(capsys, 'bag', options=['--format', storage, '--resume']).endswith(
         '; start over with --overwrite')
-
-
-LOADING = """\
-import os, signal, sys
-class Finder:
-    def find_spec(name, path, target=None):
-        if name == sys.argv[1]:
-            os.kill(os.getpid(), signal.SIGINT)
-sys.meta_path.insert(0, Finder)
-from fuzzy_stereo_ros.commands.command_line import main
-sys.exit(main(sys.argv[2:]))
-"""
 
 
 @pytest.mark.parametrize(('options', 'suffix'), [

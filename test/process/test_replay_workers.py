@@ -9,7 +9,6 @@ import signal
 from dask_processes import dask_processes
 from fuzzed import examples
 from fuzzy_stereo_ros.pairs.image_files import write_image
-from fuzzy_stereo_ros.replay import segments
 from fuzzy_stereo_ros.replay.options import SEGMENT_PAIRS, WARM_PAIRS
 from hypothesis import given, settings, strategies as st
 from made_bags import (
@@ -59,15 +58,6 @@ def test_a_cluster_finds_what_a_matcher_finds_in_segments(
     assert replay('bag', output='told', options=['--scheduler', cluster.address]) == 0
     assert f'{PAIRS} pairs matched, in 3 segments on 2 workers, {2 * WARM_PAIRS} matched ' \
         'again to warm up' in capsys.readouterr().out
-
-
-def test_results_that_take_long_to_arrive_are_asked_for_once(
-        folder, capsys, cluster, monkeypatch):
-    monkeypatch.setattr(segments, 'POLL_SECONDS', 1e-4)
-    pairs = scene(SEGMENT_PAIRS + 4)
-    write_bag(folder / 'bag', pairs=pairs)
-    figures(capsys, 'bag', options=['--scheduler', cluster.address])
-    assert_same(sent(folder / 'out'), in_segments(pairs))
 
 
 def test_the_frames_of_folders_are_matched_in_segments_too_of_any_profile(

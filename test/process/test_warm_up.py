@@ -10,7 +10,7 @@ import sys
 
 from fuzzy_stereo_ros.commands.command_line import main
 from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
-from fuzzy_stereo_ros.matching.compiling import compile_kernels, on_all_cores
+from fuzzy_stereo_ros.matching.compiling import compile_kernels
 from fuzzy_stereo_ros.matching.kernels import compiled
 from fuzzy_stereo_ros.progress import COMPILING
 from mounted import mounting
@@ -47,13 +47,6 @@ if sys.argv[1] == 'realtime':       # where plain regions vote, and pictures are
 for found in compiled() - before, compiled() - noted:
     print(*sorted(name for name, kinds in found))
 """
-
-
-def test_a_warm_up_on_all_cores_leaves_the_compilers_of_the_command(monkeypatch):
-    monkeypatch.setattr(compiled, 'compilers', [print])
-    with on_all_cores():
-        assert print not in compiled.compilers
-    assert compiled.compilers == [print]
 
 
 # May be compiled by the warm-up itself: a dry run of quality ends before its second frame; in that
@@ -155,10 +148,7 @@ PAIR, FOLDERS = ('left/0000.png', 'right/0000.png'), ('left', 'right')
 @pytest.mark.parametrize('terminal, words', [
     (True, ('match', *PAIR)),
     (False, ('replay', *FOLDERS, '--output', 'new', '--disparities', 'auto')),
-    (False, ('replay', *FOLDERS, '--output', 'new', '--workers', '2')),
-    (True, ('evaluate', '.', '--matcher', 'ours:paper')), (False, ('evaluate', *FOLDERS)),
-    (False, ('evolve', *FOLDERS)), (False, ('suggest', *FOLDERS)),
-    (True, ('benchmark', '--rows', '48', '--columns', '96'))])
+    (False, ('replay', *FOLDERS, '--output', 'new', '--workers', '2'))])
 def test_whatever_compiles_says_so_before_it_begins(terminal, words, frames, tmp_path):
     reads, writes = os.openpty() if terminal else os.pipe()
     command = subprocess.Popen(

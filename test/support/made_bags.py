@@ -150,18 +150,13 @@ def open_bag(path):
         yield reader
 
 
-def write_torn_bag(path, pairs, number, form='mcap', **bytes_torn):
-    """Write a bag of pairs and `tear` it at a pair."""
+def write_torn_bag(path, pairs, number, form, skipped, length):
+    """Write a bag of pairs, with bytes overwritten from the left image of a pair on."""
+    # skipped: bytes before those; length: how many.
     file = file_of(write_bag(path, form, pairs))
-    file.write_bytes(torn(file.read_bytes(), pairs[number], **bytes_torn))
-
-
-def torn(content, pair, skipped=0, length=None):
-    """Return the content of a bag with bytes overwritten, from the left image of a pair on."""
-    # skipped: bytes before those; length: how many, two images if None.
-    place = content.index(pair.left.tobytes()[:64]) + skipped
-    length = length or 2 * pair.left.size
-    return content[:place] + b'\xff' * length + content[place + length:]
+    whole = file.read_bytes()
+    place = whole.index(pairs[number].left.tobytes()[:64]) + skipped
+    file.write_bytes(whole[:place] + b'\xff' * length + whole[place + length:])
 
 
 def content(path, topic=None):
