@@ -5,7 +5,6 @@ import ast
 from importlib import metadata
 import os
 from pathlib import Path
-import shutil
 import subprocess
 import sys
 from xml.etree import ElementTree
@@ -71,22 +70,6 @@ def test_a_command_leads_to_a_function_and_is_installed_where_shells_and_ros_loo
         pytest.importorskip('rclpy', reason='the node needs ROS 2')
     (script,) = metadata.distribution(PACKAGE).entry_points.select(name=name)
     assert callable(script.load())
-
-
-@pytest.mark.parametrize('name', NODES)
-def test_a_launcher_becomes_the_command_in_bin_so_that_signals_reach_it(name, tmp_path):
-    launcher = tmp_path / 'a prefix' / 'lib' / PACKAGE / name
-    command = tmp_path / 'a prefix' / 'bin' / name
-    launcher.parent.mkdir(parents=True)
-    command.parent.mkdir()
-    shutil.copy(ROOT / 'resource' / name, launcher)
-    command.write_text('#!/bin/sh\necho $$\nprintf "%s\\n" "$@"\nexit 3\n', encoding='utf-8')
-    command.chmod(0o755)
-    process = subprocess.Popen([launcher, '--ros-args', 'two words'], cwd='/', text=True,
-                               stdout=subprocess.PIPE)
-    printed, _ = process.communicate()
-    assert printed.splitlines() == [str(process.pid), '--ros-args', 'two words']
-    assert process.returncode == 3
 
 
 def test_what_the_package_requires_is_pinned_within_its_range():

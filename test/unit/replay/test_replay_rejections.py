@@ -7,7 +7,6 @@ import sys
 
 from fuzzy_stereo_ros import __version__
 from fuzzy_stereo_ros.replay import segments
-from fuzzy_stereo_ros.replay.report import ProgressBar
 from made_bags import disparities, TOPICS, write_bag
 import pytest
 from rejected import contents
@@ -71,16 +70,6 @@ def test_the_bar_is_shown_on_a_terminal_alone(folder, capsys, monkeypatch):
     assert replay('bag', output='terminal') == 0
     assert '6/6' in terminal.getvalue()
     assert ' pairs/s' in terminal.getvalue()
-
-
-def test_sentences_of_a_kind_are_written_once():
-    stream = io.StringIO()
-    with ProgressBar(10, stream) as bar:
-        for number in range(3):
-            bar.log(f'pair {number} is bad')
-            bar.step()
-        bar.log('another')
-    assert stream.getvalue() == 'pair 0 is bad\nanother\n'
 
 
 # ---- workers that are not there or cannot match ----
