@@ -21,16 +21,6 @@ def test_a_preset_of_config_has_the_threshold_of_the_table(preset):
     assert content == {'/**': {'ros__parameters': {'confidence_threshold': PRESETS[preset]}}}
 
 
-def test_pixels_as_sure_as_a_preset_are_kept_and_the_wrong_ones_counted_of_these():
-    confidence = np.array([0, 0.5, 0.8, 0.8, PRESETS['costmap']])
-    figures = kept_and_wrong(confidence, np.array([True, True, False, True, False]))
-    assert {name: figures[heading(name)] for name in PRESETS} == {
-        'costmap': 20, 'mapping': 60, 'inspection': 80}
-    assert {name: figures[heading(name, WRONG)] for name in PRESETS} == {
-        'costmap': 0, 'mapping': pytest.approx(100 / 3), 'inspection': 50}
-    assert kept_and_wrong(np.zeros(1), np.ones(1, bool))[heading('costmap', WRONG)] is None
-
-
 @pytest.mark.parametrize('scenes', [
     available_scenes(None, 'made/')[0],
     [small_scene(seed, size=(240, 320, 48), objects=6, contrast=0.1, noise=2)

@@ -12,7 +12,7 @@ from fuzzy_stereo_ros.bags import writing as bag_writing
 from fuzzy_stereo_ros.bags.writing import BagWriter, FORMATS, METADATA, UNFINISHED
 from fuzzy_stereo_ros.matching import StereoMatcher
 from fuzzy_stereo_ros.pairs.disparity_files import write_disparity
-from fuzzy_stereo_ros.replay import segments, sinks as replay_sinks
+from fuzzy_stereo_ros.replay import sinks as replay_sinks
 from fuzzy_stereo_ros.replay.options import SEGMENT_PAIRS, WARM_PAIRS
 from fuzzy_stereo_ros.replay.report import ProgressBar
 from fuzzy_stereo_ros.replay.sinks import BagSink, Outputs
@@ -299,25 +299,3 @@ def test_an_output_may_be_the_folder_one_is_in_or_a_link(folder, bag, capsys, mo
         assert {path.name for path in (folder / 'place').iterdir()} == {
             'metadata.yaml', 'place_0.mcap', 'replay.json'}
         assert list(disparities(folder / 'place')) == stamps()
-
-
-def test_an_interruption_while_workers_start_ends_after_their_start(
-        folder, bag, capfd, monkeypatch):
-    events = []
-
-    def cluster(options, log, opened):
-        opened.callback(closed)
-        os.kill(os.getpid(), signal.SIGINT)
-        events.append('started')
-
-    def closed():
-        os.kill(os.getpid(), signal.SIGINT)
-        events.append('closed')
-
-    monkeypatch.setattr(segments, '_open_cluster', cluster)
-    handler = signal.getsignal(signal.SIGINT)
-    assert replay('bag', options=['--workers', 1]) == INTERRUPTED
-    assert events == ['started', 'closed']
-    assert signal.getsignal(signal.SIGINT) is handler
-    assert capfd.readouterr().err == ''
-    assert [path.name for path in folder.iterdir()] == ['bag']

@@ -11,7 +11,6 @@ from xml.etree import ElementTree
 
 import fuzzy_stereo_ros
 from fuzzy_stereo_ros import matching
-from packaging.requirements import Requirement
 import pytest
 from repository import ROOT
 
@@ -70,12 +69,3 @@ def test_a_command_leads_to_a_function_and_is_installed_where_shells_and_ros_loo
         pytest.importorskip('rclpy', reason='the node needs ROS 2')
     (script,) = metadata.distribution(PACKAGE).entry_points.select(name=name)
     assert callable(script.load())
-
-
-def test_what_the_package_requires_is_pinned_within_its_range():
-    lines = [line for file in (ROOT / 'requirements').glob('*.txt')
-             for line in file.read_text(encoding='utf-8').splitlines()]
-    versions = dict(line.lower().split('==') for line in lines if '==' in line)
-    for line in metadata.requires(PACKAGE):
-        requirement = Requirement(line)
-        assert requirement.specifier.contains(versions[requirement.name.lower()]), line

@@ -176,6 +176,7 @@ def test_a_rectified_pair_has_metres_by_binning_and_regions_and_no_remark_whatev
     assert found.remarks == ()
     assert (found.focal, found.baseline, found.offset) == pytest.approx(
         (focal / binning, baseline, offset / binning), abs=1e-6)
+    assert found.left[:2] == pytest.approx([focal / binning] * 2)
     for one in cameras:
         one.k = k
     assert read_calibration(*cameras) == found
