@@ -32,14 +32,10 @@ class _Block:
             if memory is None or self._used + size > self._size:
                 memory = np.zeros(self._size, np.uint8)
                 self._memory, self._used = ref(memory), -memory.ctypes.data % LINE
-            start, self._used = self._used, _after(self._used, size)
+            start = self._used
+            # A line more: arrays of whole pages would begin at one place of a page each.
+            self._used += -(-size // LINE) * LINE + LINE
         return memory[start:start + size]
-
-
-def _after(start, size):
-    """Return where the next array begins behind one of so many bytes."""
-    # Arrays of whole pages would begin at one place of a page, and evict each other.
-    return start + -(-size // LINE) * LINE + LINE
 
 
 _block = _Block(BLOCK)

@@ -106,8 +106,7 @@ def remember_types():
     """
     Have numba find out once what an operator returns for arguments of some types.
 
-    It tries all implementations anew wherever the operator stands, a sixth of the time of
-    compiling. It may in a process that compiles kernels alone: their options are the same.
+    Else that is a sixth of compiling. Only for processes in which all have the same options.
     """
     def call_type(function, context, types, named):
         key = function, types, tuple(named.items())

@@ -15,7 +15,6 @@ from fuzzy_stereo_ros.matching.kernels.refinement.consistency import reject_near
 import numpy as np
 
 EXTRA_LABELS = 8    # labels beyond the range that are searched
-FEW_PIXELS = 2**19  # up to which one thread rejects sooner than others begin
 MOST_DISPARITIES = 4096     # that a MatcherConfig allows
 AT_THE_END = 0.1    # share in the last quarter of the margin from which the margin is too short
 FURTHER = 4 / 3     # factor of the range that is proposed where the margin is too short
@@ -43,8 +42,7 @@ def reject_beyond(pool, config, most, match):
     arrays are overwritten
     """
     highest = np.float32(config.min_disparity + config.disparities - 1)
-    bands = pool.parts(len(match.disparity)) if match.disparity.size > FEW_PIXELS else (
-        (0, 0, len(match.disparity)),)
+    bands = pool.parts(len(match.disparity))
     counts = np.zeros((len(bands), EXTRA_LABELS + 1), np.int64)
     pool.each(lambda band: reject_nearer(
         match.disparity, match.confidence, highest, counts[band[0]], band[1], band[2]), bands)

@@ -19,9 +19,9 @@ from fuzzy_stereo_ros.matching.row_offsets import (
     PLACES, reduced, terms_at)
 import numpy as np
 
-# px of significant offset from which rows are moved, and moved again
+# px of significant offset from which rows are moved; up to which they are left so, or moved back
 LEAST_OFFSET, LEAST_CHANGE = 0.1, 0.05
-LEAST_DOUBT = 0.05  # px of standard deviation from which corners of the first pair are measured
+LEAST_DOUBT = 0.05  # px of standard deviation below which an offset is sure
 PERIOD, FIRST = 32, 8       # pairs between two measurements; first pairs that are all measured
 PAIRS = 16          # newest measured pairs that are used
 NEWEST = 3          # measured pairs that together show a knock
@@ -88,8 +88,7 @@ class Rows(NamedTuple):
 
     @staticmethod
     def _measured(pairs, shape):
-        return misalignment_of([one.astype(np.float64) for one in pairs], *shape) if pairs else (
-            None)
+        return misalignment_of([one.astype(float) for one in pairs], *shape) if pairs else None
 
 
 class RowAlignment:
@@ -130,7 +129,8 @@ class RowAlignment:
         low = rows.low + 1 if confidence < LOWER * rows.usual else 0
         rows = rows._replace(low=low, usual=rows.usual + (
             MEMORY if rows.usual else 1) * (confidence - rows.usual))
-        if self._is_due(pair) and not (pair == 0 and self._is_sure(rows, shape)):
+        due = pair % PERIOD == 0 or pair < FIRST or pair < PERIOD and pair & (pair - 1) == 0
+        if due and not (pair == 0 and self._is_sure(rows, shape)):
             found = corner_offsets(normalised(left), normalised(right), match.disparity,
                                    match.confidence, rows.undone)
             rows = self._stepped(rows.with_points(found, shape), shape)
@@ -142,10 +142,6 @@ class RowAlignment:
         if low % CONFIRMED == 0 and (low // CONFIRMED).bit_count() == 1:    # after 5, 10, 20 ...
             rows = rows._replace(search=pair + 1)
         return rows._replace(pair=pair + 1)
-
-    @staticmethod
-    def _is_due(pair):
-        return pair % PERIOD == 0 or pair < FIRST or pair < PERIOD and pair & (pair - 1) == 0
 
     def _is_sure(self, rows, shape):
         measured = self.measured(rows, shape)
@@ -169,7 +165,8 @@ class RowAlignment:
     def _stepped(self, rows, shape):
         """Return the Rows that undo the measured offset, if it differs significantly."""
         measured = self.measured(rows, shape)
-        if not self._undoes:
+        if not self._undoes or (
+                self._is_sure(rows, shape) and measured.deviation(0) <= LEAST_CHANGE):
             return rows._replace(undone=np.zeros(4)) if rows.undone.any() else rows
         if measured is None or (
                 measured.deviation(rows.undone)

@@ -10,7 +10,6 @@ import sys
 
 from fuzzy_stereo_ros.commands.command_line import main
 from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
-from fuzzy_stereo_ros.matching.compiling import compile_kernels
 from fuzzy_stereo_ros.matching.kernels import compiled
 from fuzzy_stereo_ros.progress import COMPILING
 from mounted import mounting
@@ -19,7 +18,6 @@ import psutil
 import pytest
 
 CODE = compiled.SOURCES / '__pycache__'
-CORES = len(os.sched_getaffinity(0))
 MATCH = """
 import sys
 from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
@@ -79,37 +77,6 @@ def warm_up(cache):
         [sys.executable, '-m', 'fuzzy_stereo_ros.commands.command_line', 'warm-up', '--profile',
          'paper'], env={**os.environ, 'NUMBA_CACHE_DIR': str(cache)}, cwd=ROOT, text=True,
         stdout=subprocess.PIPE, stderr=subprocess.PIPE)
-
-
-@pytest.mark.skipif(CORES < 2, reason='one process compiles')
-def test_a_process_that_ends_costs_what_it_compiles_and_the_command_says_so_and_compiles_the_rest(
-        tmp_path, copy_kernels):
-    folder = copy_kernels('paper', '*.genetic.[er]*', '*.uniform_reading.fill*')
-
-    def kept():
-        return {path: path.stat().st_mtime_ns for path in folder.iterdir()}
-
-    first, killed = kept(), []
-
-    def kill_one(progress):
-        if progress.share and not killed:
-            killed.append(psutil.Process().children(recursive=True)[-1])
-            killed[0].kill()
-    compile_kernels(MatcherConfig.from_profile('paper'), kill_one)
-    assert len(killed) == 1
-    new = [path for path in kept().keys() - first if path.suffix == '.nbi']
-    new[0].unlink()
-    before = kept()
-    said, shown = warm_up(tmp_path).communicate()
-    assert f' s, kept in {folder}\n' in said and 'are ready after' in said
-    assert shown.startswith(f'{COMPILING}: 0 %') and f'{COMPILING}: 100 %' in shown
-    whole = kept()
-    compiled_now = [path for path in whole.keys() - before if path.suffix == '.nbi']
-    assert new[0] in compiled_now and len(compiled_now) <= CORES + len(MISSED['paper_live'])
-    said, shown = warm_up(tmp_path).communicate()
-    assert 'are ready after' in said
-    assert shown == ''
-    assert kept() == whole
 
 
 def test_the_command_says_so_where_nothing_can_be_kept(tmp_path):

@@ -13,7 +13,8 @@ from fuzzy_stereo_ros.matching.kernels.possibility.row_alignment import (
     nearest_features, shift_rows)
 from fuzzy_stereo_ros.matching.match import Camera
 from fuzzy_stereo_ros.matching.plausibility import CONFIRMED
-from fuzzy_stereo_ros.matching.row_alignment import LEAST_DOUBT, PERIOD, RowAlignment, Rows
+from fuzzy_stereo_ros.matching.row_alignment import (
+    FIRST, LEAST_DOUBT, PERIOD, rig_of, RowAlignment, Rows)
 from fuzzy_stereo_ros.matching.row_offsets import (
     corner_offsets, feature_offsets, Misalignment, misalignment_of, normalised,
     row_offset_in_words, terms_at)
@@ -345,6 +346,18 @@ def test_a_rig_after_a_knock_is_put_right_within_pairs(scene, knock, covered):
     rows_after(matcher, *[after] * (covered or CONFIRMED - 1))
     assert wrong(matcher.match(*after), scene) < 5
     assert matcher.rows.undone[0] == pytest.approx(knock, abs=0.2)
+
+
+@settings(max_examples=12)
+@given(tilt=st.one_of(st.floats(-0.03, 0.03), st.floats(0.2, 1), st.floats(-1, -0.2)),
+       seed=st.integers(0, 9), error=st.sampled_from([-0.03, 0.03]))
+def test_rows_moved_by_an_error_of_features_are_as_they_came_after_the_first_pairs_if_they_fit(
+        tilt, seed, error):
+    left, right = make_pair(ROWS, COLUMNS, DISPARITIES, seed)[:2]
+    matcher, terms = StereoMatcher(CONFIG), np.array([tilt, 0, 0, 0])
+    matcher.restore(None, Rows(undone=terms + error, pair=1, rig=rig_of(left, None)))
+    undone = rows_after(matcher, *[(left, shifted(right, -terms))] * FIRST)
+    assert undone.any() == (abs(tilt) > 0.1)
 
 
 def test_a_swing_between_exposures_is_not_followed():
