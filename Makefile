@@ -99,7 +99,8 @@ test-all: lint docs
 	$(python) -m pytest $(PYTEST_ARGS)
 
 fuzz: $(package_installed)
-	$(python) -m pytest --hypothesis-profile=fuzz --timeout=14400 $(or $(FUZZ_ARGS),test/fuzz)
+	$(python) -m pytest --hypothesis-profile=fuzz --timeout=14400 \
+		$(or $(FUZZ_ARGS),test/fuzz test/process/test_kernel_cache.py)
 
 soak: $(package_installed)
 	PYTHONPATH=test/support:$$PYTHONPATH $(python) -m bench.soak $(SOAK_ARGS)

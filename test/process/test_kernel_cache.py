@@ -10,6 +10,7 @@ import shutil
 import subprocess
 import sys
 
+from fuzzed import is_long
 import fuzzy_stereo_ros.matching.kernels as kernels
 from fuzzy_stereo_ros.matching.kernels import compiled
 from mounted import as_stranger, mounting
@@ -179,6 +180,20 @@ def test_what_comes_back_damaged_is_compiled_and_kept_anew(package):
             file.write_bytes(content)
         assert run(package) == first
     assert run(package) == {**first, 'hits': 1}
+
+
+@pytest.mark.skipif(not is_long(), reason='a race that is seldom lost: make fuzz')
+def test_processes_that_start_at_once_do_not_break_one_another(package):
+    results = {0: 2, 0.5: 2.5}
+    started = [(number, subprocess.Popen(words(number), stdout=subprocess.PIPE,
+                                         env=environment(package), cwd=package.parents[2]))
+               for number in [*results] * 2]
+    for number, one in started:
+        told = json.loads(one.communicate()[0])
+        assert (told['result'], told['remarks']) == (results[number], [])
+    for number, result in results.items():
+        told = run(package, number)
+        assert (told['result'], told['hits']) == (result, 1)
 
 
 def test_folders_not_used_for_long_are_removed_and_nothing_else(tmp_path, monkeypatch):
