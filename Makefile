@@ -91,7 +91,7 @@ $(kernels_compiled): $(package_installed) $(filter fuzzy_stereo_ros/matching/%,$
 	touch $@
 
 # Files are taken in their order, in which the longest, of fuzz, are among the first ones.
-test-rest: $(package_installed) docs
+test-rest: docs
 	$(python) -m pytest -m 'slow and not alone' $(parallel) --no-loadscope-reorder $(PYTEST_ARGS)
 	$(python) -m pytest -m 'slow and alone' $(PYTEST_ARGS)
 

@@ -163,7 +163,7 @@ class RowAlignment:
         return self._stepped(rows, shape)
 
     def _stepped(self, rows, shape):
-        """Return the Rows that undo the measured offset, if it differs significantly."""
+        """Return the Rows that undo the measured offset, if it differs, and none surely small."""
         measured = self.measured(rows, shape)
         if not self._undoes or (
                 self._is_sure(rows, shape) and measured.deviation(0) <= LEAST_CHANGE):

@@ -18,7 +18,7 @@ import sys
 from drawn_frames import frames_of, options, SCENES
 from fuzzed import examples
 from fuzzy_stereo_ros.matching import arrays, MatcherConfig, StereoMatcher
-from fuzzy_stereo_ros.matching.compiling import remember_types
+from fuzzy_stereo_ros.matching.compiling import compile_sooner
 from hypothesis import given, seed, settings
 import numpy as np
 try:
@@ -152,13 +152,13 @@ def match_drawn(profile, number):
             matcher.match(*pair)
         gc.collect(0)
     match()
+    gc.collect()
 
 
 def main():
     """Run, print for each profile how many arrays were guarded and overwritten around, and end."""
     where, kinds, *profiles = sys.argv[1:]
-    remember_types()
-    gc.disable()        # looking for garbage while it compiles is a fifth of the time
+    compile_sooner()
     memory = GuardedMemory(where == 'before')
     memory.begin()
     arrays.SMALL = arrays.OWN       # each array has memory of its own, of any size
