@@ -13,7 +13,8 @@ venv := .venv
 python := $(venv)/bin/python
 # Errors alone: pip warns of each place of packages that is set but not there, once a package.
 pip_install := $(python) -m pip install --quiet --quiet
-parallel := --numprocesses logical --dist loadfile
+# Else xdist waits for ever for what a process that crashed has left.
+parallel := --numprocesses logical --dist loadfile --max-worker-restart 0
 
 ros_is_sourced := $(shell [ "$$ROS_DISTRO" = jazzy ] && [ -n "$$AMENT_PREFIX_PATH" ] \
 	&& $(PYTHON) -c 'import rclpy' 2>/dev/null && echo yes)

@@ -231,7 +231,7 @@ class _Call:
         """Take what `ThreadPool.run` takes."""
         self._work, self._items, self._needs, self.errors = work, items, needs, []
         self.number = len(items)
-        self._left, self._done, self._first = list(range(self.number)), bytearray(self.number), 0
+        self._left, self._done, self._first = set(range(self.number)), bytearray(self.number), 0
         self._helping, self._waiting = set(), set()     # threads; a queue of each that waits
 
     def run(self):
@@ -280,14 +280,15 @@ class _Call:
         self._waiting.discard(bell)
 
     def _wake(self):
-        for bell in tuple(self._waiting):
+        for bell in list(self._waiting):    # a copy in one step, which tuple() is not
             bell.put(None)
 
     def _ready(self):
         """Return an iterator over the items left whose needs are done."""
         first = self._done.find(0, self._first)
         self._first = first = self.number if first < 0 else first
-        return (index for index in tuple(self._left) if self._needs[index] <= first)
+        return (index for index in range(first, self.number)
+                if index in self._left and self._needs[index] <= first)
 
     def _may_begin(self):
         return next(self._ready(), None) is not None
@@ -295,7 +296,7 @@ class _Call:
     def _take(self):
         """Take the first item that may begin; return None where there is none."""
         for index in self._ready():
-            with suppress(ValueError):      # another thread has taken it
+            with suppress(KeyError):    # another thread has taken it
                 self._left.remove(index)
                 return index
         return None

@@ -40,7 +40,7 @@ _remarks = {}   # sentences, and whether `remarks` returned them
 
 def remarks():
     """Return new sentences on kernels that could not be read or cached, each only once."""
-    new = [remark for remark, told in list(_remarks.items()) if not told]
+    new = [remark for remark in list(_remarks) if not _remarks[remark]]
     _remarks.update(dict.fromkeys(new, True))
     return new
 

@@ -1,11 +1,13 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Bands of rows, and the pool that works on them."""
+import gc
 from itertools import count
 import os
 from pathlib import Path
 import sys
 import threading
+import time
 from types import SimpleNamespace
 
 from fuzzy_stereo_ros.matching import bands, StereoMatcher
@@ -135,6 +137,26 @@ def test_no_thread_waits_while_an_item_may_begin(needs, last):
     pool.run(work, range(4), needs)
     pool.close()
     assert done[-len(last):] == last
+
+
+def test_each_item_is_done_once_where_threads_change_while_garbage_is_collected():
+    """Before Python 3.12 that is possible within tuple(), which then reads beyond a list."""
+    def change(*_):
+        time.sleep(0.0003)
+
+    pool, usual = ThreadPool(5), gc.get_threshold()
+    gc.callbacks.append(change)
+    try:
+        for threshold in 3 * (*range(1, 20),):      # at each allocation sooner or later
+            done = []
+            gc.set_threshold(threshold)
+            pool.each(lambda item: done.append([item]), range(1000, 1400))     # noqa: B023
+            gc.set_threshold(*usual)
+            assert sorted(done) == [[item] for item in range(1000, 1400)]
+    finally:
+        gc.set_threshold(*usual)
+        gc.callbacks.remove(change)
+        pool.close()
 
 
 def test_stages_of_a_chain_need_those_before_or_the_bands_that_they_read():
