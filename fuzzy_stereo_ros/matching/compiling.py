@@ -75,6 +75,7 @@ def compile_kernels(config, report=None):
 
 def serve(config):
     """Compile what a warm-up calls, on all cores; print the share of the code of each, first 0."""
+    _end_with_input()
     signal.signal(signal.SIGPIPE, signal.SIG_DFL)       # ends it where nobody reads its answers
     answers = os.dup(1)
     os.dup2(2, 1)       # prints go to stderr, not among the answers
@@ -87,8 +88,8 @@ def serve(config):
     forked = []
     while len(forked) < processors() - 1 and 0 not in forked:
         forked.append(os.fork())
-    # A compilation cannot be interrupted.
-    threading.Thread(target=lambda: (sys.stdin.read(), os._exit(0)), daemon=True).start()
+    if 0 in forked:
+        _end_with_input()
     while ticket := os.read(tickets, 2):
         call = calls[int.from_bytes(ticket, 'big')]
         with suppress(Exception):       # the warm-up meets the same error and raises it
@@ -99,6 +100,11 @@ def serve(config):
         os._exit(0)
     for process in forked:
         os.waitpid(process, 0)
+
+
+def _end_with_input():
+    """End this process with its standard input, in a thread: nothing else interrupts numba."""
+    threading.Thread(target=lambda: (os.read(0, 1), os._exit(0)), daemon=True).start()
 
 
 def compile_sooner():

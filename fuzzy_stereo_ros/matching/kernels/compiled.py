@@ -21,8 +21,9 @@ import threading
 import numba
 from numba.core import types
 from numba.core.caching import IndexDataCacheFile
-from numba.core.codegen import JITCodeLibrary
+from numba.core.codegen import JITCodeLibrary, ll
 from numba.core.compiler import Compiler, CompileResult
+from numba.core.runtime import rtsys
 from numba.extending import register_jitable
 from numba.np import arrayobj
 
@@ -125,7 +126,7 @@ class KernelCache:
 
     def load_overload(self, signature, context):
         """Return the cached code of a signature, or None."""
-        context.refresh()
+        rtsys.initialize(context)   # what loaded code needs; numba prepares compiling as it begins
         found = self._found(signature, context)
         if found is None:
             if FOLDER is None:
@@ -142,7 +143,7 @@ class KernelCache:
         file = self._file(FOLDER, signature, compiled.codegen)
         try:
             file.flush()        # what is there may be damaged
-            file.save(signature, compiled._reduce())
+            file.save(signature, _to_be_called(compiled))
         except OSError as error:
             _remarks.setdefault(
                 f'compiled kernels can no longer be kept in {FOLDER} ({error.strerror}): those '
@@ -164,6 +165,14 @@ class KernelCache:
         about = repr((signature, *codegen.magic_tuple())).encode()
         name = f'{self._name}-{hashlib.sha256(about).hexdigest()[:16]}'
         return IndexDataCacheFile(str(folder), name, None)
+
+
+def _to_be_called(compiled):
+    """Return what numba caches of a kernel, without what code that it becomes part of needs."""
+    (name, kind, (machine_code, _)), description, *others, environments = compiled._reduce()
+    defined = f'define void @"{description.llvm_cpython_wrapper_name}"() {{ ret void }}'
+    return ((name, kind, (machine_code, ll.parse_assembly(defined).as_bitcode())), description,
+            *others, tuple(one for one in environments if one.consts))
 
 
 def kernel(function=None, allocates=False):
