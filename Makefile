@@ -13,6 +13,8 @@ venv := .venv
 python := $(venv)/bin/python
 # Errors alone: pip warns of each place of packages that is set but not there, once a package.
 pip_install := $(python) -m pip install --quiet --quiet
+# Images of containers often forbid it; processes then compile the same sources at each start.
+export PYTHONDONTWRITEBYTECODE :=
 # Else xdist waits for ever for what a process that crashed has left.
 parallel := --numprocesses logical --dist loadfile --max-worker-restart 0
 

@@ -14,11 +14,8 @@ from pages import FENCE, ROOT, said, text_of
 import pytest
 import yaml
 
-SKIPPED = {'build', 'dist', 'install', 'log', 'test'}
-PAGES = sorted(path.relative_to(ROOT).as_posix()
-               for suffix in ('md', 'rst') for path in ROOT.rglob(f'*.{suffix}')
-               if not any(part.startswith(('.', '_')) or part in SKIPPED
-                          for part in path.relative_to(ROOT).parts))
+PAGES = sorted(path.relative_to(ROOT).as_posix() for pattern in (
+    '*.rst', '*.md', 'docs/*.md', 'docs/recipes/*.md') for path in ROOT.glob(pattern))
 OUTSIDE = re.compile(r'(https?|mailto):')
 
 

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """A real scheduler of Dask and its workers, as processes on loopback."""
 from contextlib import contextmanager, ExitStack
+from importlib.util import find_spec
 import os
 import socket
 import subprocess
@@ -10,8 +11,8 @@ import sys
 import pytest
 from repository import ROOT
 
-distributed = pytest.importorskip(
-    'distributed', reason='distributed is not installed: no workers here')
+if not find_spec('distributed'):    # the import takes a second, wherever tests are collected
+    pytest.skip('distributed is not installed: no workers here', allow_module_level=True)
 LOOPBACK = '127.0.0.1'
 START = 'from dask.__main__ import main; main()'
 SECONDS = 60     # that a process may take to be there
@@ -24,6 +25,7 @@ class DaskProcesses:
 
     def __init__(self, folder, started, before, environment):
         """Start a scheduler."""
+        from distributed import Client
         # started: ExitStack that ends it. before: code that it runs first. environment: further
         # variables.
         with socket.create_server((LOOPBACK, 0)) as free:
@@ -35,7 +37,7 @@ class DaskProcesses:
         self.address = f'tcp://{LOOPBACK}:{port}'
         self._start(before, 'scheduler', '--port', port, '--no-show')
         self.client = started.enter_context(
-            distributed.Client(self.address, timeout=SECONDS, set_as_default=False))
+            Client(self.address, timeout=SECONDS, set_as_default=False))
 
     def worker(self, before=''):
         """Start a worker, running code before; return its Popen and its address."""
