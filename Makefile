@@ -16,7 +16,7 @@ pip_install := $(python) -m pip install --quiet --quiet
 # Images of containers often forbid it; processes then compile the same sources at each start.
 export PYTHONDONTWRITEBYTECODE :=
 # Else xdist waits for ever for what a process that crashed has left.
-parallel := --numprocesses logical --dist loadfile --max-worker-restart 0
+parallel := --dist loadfile --max-worker-restart 0 --numprocesses
 
 ros_is_sourced := $(shell [ "$$ROS_DISTRO" = jazzy ] && [ -n "$$AMENT_PREFIX_PATH" ] \
 	&& $(PYTHON) -c 'import rclpy' 2>/dev/null && echo yes)
@@ -85,7 +85,7 @@ demo: $(package_installed)
 	$(python) -m bench.demo $(DEMO_ARGS)
 
 test: lint $(kernels_compiled)
-	$(python) -m pytest -m 'not slow' $(parallel) $(PYTEST_ARGS)
+	$(python) -m pytest -m 'not slow' $(parallel) logical $(PYTEST_ARGS)
 
 # Two processes that compile the same kernels take as long as one: they are compiled before.
 $(kernels_compiled): $(package_installed) $(filter fuzzy_stereo_ros/matching/%,$(sources))
@@ -93,9 +93,11 @@ $(kernels_compiled): $(package_installed) $(filter fuzzy_stereo_ros/matching/%,$
 		$(python) -m fuzzy_stereo_ros.commands.command_line warm-up --profile $$profile || exit; done
 	touch $@
 
-# Files are taken in their order, in which the longest, of fuzz, are among the first ones.
+# Files are taken in their order, in which the longest, of fuzz, are among the first ones. One
+# process more than there are cores: most of the time a test of nodes waits for their answers.
 test-rest: docs
-	$(python) -m pytest -m 'slow and not alone' $(parallel) --no-loadscope-reorder $(PYTEST_ARGS)
+	$(python) -m pytest -m 'slow and not alone' $(parallel) $$(($$(nproc) + 1)) \
+		--no-loadscope-reorder $(PYTEST_ARGS)
 	$(python) -m pytest -m 'slow and alone' $(PYTEST_ARGS)
 
 test-all: lint docs

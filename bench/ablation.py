@@ -25,7 +25,7 @@ ALONE, ON_GREY = 'cold', 'cold, grey'
 KINDS = {'still, noise 1.5': 'still', 'pan 2 px, noise 1.5': 'pan'}     # of bench.warm
 DRIVES = 'KITTI drive, noise 3', 'made, drive, noise 6', 'made, pictured street, noise 3'
 FRAMES = 8
-CLASSIC = 'middv2'      # scenes of `quality`
+INDOORS = 'middv2', 'midd2006_third'      # scenes of `quality`
 SHOWN = ALONE, ON_GREY, *KINDS.values(), 'drives'
 TIMES = {'time, cold': (ALONE,), 'time, over frames': SHOWN[2:]}
 
@@ -38,11 +38,11 @@ def run(request):
     moving = [Subject(one, KINDS[one.group.partition(', ')[2]], one.noise)
               for one in walks(scenes, request.quick, [*KINDS], FRAMES, every=2)]
     moving += [Subject(one, 'drives', one.noise) for one in sequences if one.group in DRIVES]
-    classic = [scene for scene in scenes if scene.group == CLASSIC] or scenes[:1]
+    indoors = [scene for scene in scenes if scene.group in INDOORS] or scenes[:1]
     alone, over_frames, slow = request.drawn(
         ([Subject(scene, ALONE, NOISE) for scene in pairs], 'pairs', on_pair),
         (moving, 'over frames', on_frames),
-        ([Subject(scene, ALONE, 0) for scene in classic], 'quality',
+        ([Subject(scene, ALONE, 0) for scene in indoors], 'quality',
          partial(on_pair, profiles=('quality',))))
     found = pd.concat([alone, over_frames])
     return report_of('ablation', 'Ablation', {
@@ -121,4 +121,5 @@ def quality_table(found):
     """Return the table of `quality`, of a DataFrame of figures."""
     table = over_draws(by_draw(found, ['name', 'kind'], 'error')).unstack('kind', sort=False)
     table['seconds'] = found.groupby('name').time.mean() / 1000
-    return Table.of(f'Profile quality, {CLASSIC}: error in percent, and seconds a pair', table)
+    return Table.of(f'Profile quality, {" and ".join(INDOORS)}: error in percent, and seconds a '
+                    'pair', table)

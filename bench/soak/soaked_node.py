@@ -39,5 +39,6 @@ def _tell(number, frame):
 
 if __name__ == '__main__':
     from fuzzy_stereo_ros.node import disparity_node    # needs ROS
-    signal.signal(signal.SIGUSR1, _tell)    # runs when the executor wakes, each s at the latest
+    disparity_node.REPORT_PERIOD = 0.2      # s: a soak waits for reports most of its time
+    signal.signal(signal.SIGUSR1, _tell)    # runs when the executor wakes, as for reports
     sys.exit(disparity_node.main())

@@ -45,8 +45,6 @@ class HelperAffinity:
     frame in turns, and the one with the lower median is kept. Tries are repeated, at once where
     times change, for example as other programs begin or end.
 
-    Processor time is no measure: two threads on one processor take less of it than on two.
-
     apart: whether helpers are kept off the caller's processor in this frame
     """
 

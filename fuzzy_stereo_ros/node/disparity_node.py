@@ -31,6 +31,7 @@ from rclpy.logging import get_logger
 from rclpy.node import Node
 
 LOG_PERIOD = 5.0    # s between two lines of one kind
+REPORT_PERIOD = 1.0     # s between two diagnostics
 MOST_LOGGERS = 100  # one for each kind of line; lines quote messages, so kinds have no end
 
 
@@ -92,7 +93,7 @@ class DisparityNode(Node):
             self._describe).close)
         # With use_sim_time and no /clock a timer on the node's clock never fires.
         resources.callback(self.destroy_timer, self.create_timer(
-            1.0, self._every_second, clock=Clock(clock_type=ClockType.STEADY_TIME)))
+            REPORT_PERIOD, self._every_second, clock=Clock(clock_type=ClockType.STEADY_TIME)))
         resources.callback(self.get_clock().create_jump_callback(
             JumpThreshold(min_forward=None, min_backward=Duration(nanoseconds=-1),
                           on_clock_change=False),

@@ -58,6 +58,7 @@ class SurfaceScanlines:
         small, jump = (np.rint(share * JUMP).astype(np.uint16) for share in (small, 1))
         rows = self._costs_shape[0]
         begin, end, _ = here.indices(rows)
+        of_band = max(last - first for _, first, last in self._bands), *self._costs_shape[1:]
 
         def search(band):
             _, first, last = band
@@ -65,7 +66,7 @@ class SurfaceScanlines:
             first, last = max(first, begin), min(last, end)
             if first >= last:
                 return
-            memory = self._sums.pop() if self._sums else self._new_sums()
+            memory = self._sums.pop() if self._sums else np.empty(of_band, np.uint16)
             sums = memory[:last - first]
             for upwards, start in ((False, above), (True, below)):
                 eight_directions.sum_paths(
@@ -74,11 +75,6 @@ class SurfaceScanlines:
             eight_directions.choose_labels(sums, disparities, chosen, first)
             self._sums.append(memory)
         pool.each(search, self._bands)
-
-    def _new_sums(self):
-        """Return memory for the sums of a band; each thread needs one."""
-        return np.empty((max(last - first for _, first, last in self._bands),
-                         *self._costs_shape[1:]), np.uint16)
 
 
 class Strip(NamedTuple):
@@ -182,13 +178,10 @@ def pixel_costs(pool, left, right, disparities, lowest):
         possibility.set_pair(
             *(tuple(part[strip.around] for part in image) for image in (left, right)))
         possibility.fill(pool)
-        keep_bytes(pool, possibility.costs[strip.here], volume[strip.rows])
+        costs, kept = possibility.costs[strip.here], volume[strip.rows]
+
+        def keep(band, costs=costs, kept=kept):
+            np.minimum(costs[band[1]:band[2], :, :labels] >> 1, 255,
+                       out=kept[band[1]:band[2]], casting='unsafe')
+        pool.each(keep, cut_bands(len(kept)))
     return volume
-
-
-def keep_bytes(pool, costs, volume):
-    """Write half of some costs, uint16 (R, C, labels), at most 255, into a uint8 volume."""
-    def keep(band):
-        half = costs[band[1]:band[2], :, :volume.shape[2]] >> 1
-        np.minimum(half, 255, out=volume[band[1]:band[2]], casting='unsafe')
-    pool.each(keep, cut_bands(len(volume)))

@@ -41,8 +41,9 @@ def reused_result(previous, views, config):
     """
     result = previous and previous.own.result
     if (not result or result.since_search + 1 >= config.still_interval
-            or result.still < SETTLED or not _same_settings(previous.config, config)
-            or _moves(views, previous.shape)):
+            or result.still < SETTLED or _moves(views, previous.shape)
+            or config != replace(previous.config, threads=config.threads,
+                                 deadline_ms=config.deadline_ms)):
         return None
     return result._replace(since_search=result.since_search + 1)
 
@@ -58,12 +59,6 @@ def new_result(previous, views, config, match):
     side = slice(None if still >= SETTLED and config.still_interval > 1 else 0)
     return StillResult(
         still, 0, match.disparity[side, side].copy(), match.confidence[side, side].copy())
-
-
-def _same_settings(one, other):
-    """Return whether a result of one configuration may be reused with the other."""
-    return one == other or other == replace(
-        one, threads=other.threads, deadline_ms=other.deadline_ms)
 
 
 def _moves(views, shape):
