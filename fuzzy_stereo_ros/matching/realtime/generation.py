@@ -160,7 +160,11 @@ class InheritedGenes(Selection):
         size; previous: the `Parent` of the previous best, None where there is none; prior: its
         `Prior`
         """
-        parents = tuple(map(tuple, (*self._parents_of(half), previous or NO_PARENT)))
+        smooth = (parent_of(half.labels, cell=2, scale=2) if half.prior is None
+                  else parent_of(half.prior.labels))
+        found = NO_PARENT if self._few else parent_of(
+            half.chosen.labels, cell=2, scale=2, grow=self._grow)
+        parents = tuple(map(tuple, (smooth, found, previous or NO_PARENT)))
 
         def listed(part):
             list_genes(*parents, self._addresses, self._scratch[part[0]][0],
@@ -184,13 +188,6 @@ class InheritedGenes(Selection):
             index = np.searchsorted(self.genes[tile, :count], labels[cells])
             origin[cells] = self.origins[tile, index]
         return origin
-
-    def _parents_of(self, half):
-        """Return a `SmallResult` as parents: smoothed and voted, and as it was found."""
-        smooth = (parent_of(half.labels, cell=2, scale=2) if half.prior is None
-                  else parent_of(half.prior.labels))
-        return smooth, NO_PARENT if self._few else parent_of(
-            half.chosen.labels, cell=2, scale=2, grow=self._grow)
 
 
 def _tiles_of(part):
