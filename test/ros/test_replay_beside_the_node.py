@@ -10,11 +10,6 @@ KINDS = 'Image', 'CameraInfo', 'Image', 'CameraInfo'
 PAPER = {'profile': 'paper', 'population': 6, 'generations': 3}
 
 
-def usual_scene():
-    """Return the pairs of the other tests of replays."""
-    return scene(FRAMES)
-
-
 def faint_scene():
     """Return pairs that stay but for noise, of plain surfaces, which vote."""
     return [pair._replace(left=112 + pair.left // 8, right=112 + pair.right // 8)
@@ -62,9 +57,9 @@ def replayed(bag):
 
 @pytest.mark.parametrize(('pairs', 'options', 'parameters'), [
     (faint_scene, [], []),
-    (usual_scene, ['--scale', '0.5', '--seed', '3', '--min-disparity', '-2', '--fill'],
+    (lambda: scene(FRAMES), ['--scale', '0.5', '--seed', '3', '--min-disparity', '-2', '--fill'],
      ['scale:=0.5', 'seed:=3', 'min_disparity:=-2', 'fill:=true']),
-    (usual_scene, [word for name, value in PAPER.items() for word in (f'--{name}', value)],
+    (lambda: scene(FRAMES), [word for key, value in PAPER.items() for word in (f'--{key}', value)],
      [f'{name}:={value}' for name, value in PAPER.items()])],
     ids=['evolving', 'reduced', 'paper'])
 def test_replay_and_the_live_node_give_identical_messages(

@@ -163,15 +163,6 @@ def test_a_rectified_pair_names_the_pixels_without_source_and_a_cut_one_has_none
     assert PairReader(scale=scale).read(*messages).missing is None
 
 
-def test_where_nothing_is_missing_nothing_is_cut_or_copied():
-    messages = (image(noise(80, 100), 'mono8'), info(),
-                image(noise(80, 100), 'mono8'), info(tx=-24.0))
-    pair = PairReader(crop=True).read(*messages)
-    assert pair.left.shape == (80, 100)
-    assert pair.calibration == PairReader().read(*messages).calibration
-    assert np.shares_memory(pair.left, np.frombuffer(messages[0].data, np.uint8))
-
-
 def test_a_camera_info_without_a_size_takes_the_images_as_they_are():
     pair = PairReader(rectify=True).read(
         image(noise(80, 90), 'mono8'), info(width=0, height=0),
