@@ -207,12 +207,7 @@ class Chain:
         """Run the stages; return when all are done. The chain has none after that."""
         calls, needs = self._calls, self._needs
         self._calls, self._needs = [], []
-        self._pool.run(_call, calls, needs)
-
-
-def _call(call):
-    work, item = call
-    work(item)
+        self._pool.run(lambda call: call[0](call[1]), calls, needs)
 
 
 class _Call:

@@ -1,6 +1,7 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Compiled kernels are kept where it is possible, used only where they fit, and nothing breaks."""
+from importlib import import_module
 import json
 import os
 from pathlib import Path
@@ -9,6 +10,7 @@ import re
 import shutil
 import subprocess
 import sys
+from types import FunctionType
 
 from fuzzed import is_long
 import fuzzy_stereo_ros.matching.kernels as kernels
@@ -20,11 +22,11 @@ import pytest
 SOURCES = Path(kernels.__file__).parent
 MACHINERY = '__init__', 'compiled'
 START = """# a kernel
-from fuzzy_stereo_ros.matching.kernels.compiled import kernel
+from fuzzy_stereo_ros.matching.kernels.compiled import called, kernel
 """
 CALLEE = START + """
 
-@kernel
+@called
 def step(number):
     return number + {}
 """
@@ -215,3 +217,16 @@ def test_all_kernels_are_compiled_by_one_module_and_depend_on_no_source_elsewher
         assert ('njit' in text) == (source.stem == 'compiled'), source
         assert all(f'{name}.'.startswith('fuzzy_stereo_ros.matching.kernels.')
                    for name in re.findall(r'(?:from|import) +(fuzzy_stereo_ros\S*)', text)), source
+
+
+def test_no_kernel_calls_another_one_as_only_machine_code_is_kept():
+    for source in SOURCES.rglob('[!_]*.py'):
+        import_module('.'.join(source.relative_to(SOURCES.parents[2]).with_suffix('').parts))
+    assert len(compiled.kernels) > 100
+    for kernel in compiled.kernels:
+        functions = [kernel.py_func]
+        for function in functions:      # and those that it calls
+            found = [function.__globals__.get(name) for name in function.__code__.co_names]
+            assert not any(isinstance(one, type(kernel)) for one in found), function.__name__
+            functions += {one for one in found if isinstance(one, FunctionType)}.difference(
+                functions)

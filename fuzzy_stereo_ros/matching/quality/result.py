@@ -40,12 +40,6 @@ def consistent(pool, disparity, other, lowest):
     return compare(pool, disparity, other, lowest) != INVALID
 
 
-def averaged_with_seed(disparity, seed):
-    """Return planes' disparities, averaged with the seed's, which err otherwise, where near."""
-    near = abs(disparity - seed.surface) <= SEED_NEAR
-    return disparity + near * np.float32(SEED_SHARE) * (seed.surface - disparity)
-
-
 def averaged_with_planes(view, disparity, surface, random):
     """
     Return disparities, averaged with the plane of their segment where most of it lies in one.
@@ -111,7 +105,10 @@ def refine(pool, config, population, seed, random):
     left, right = population.views
     planes = left.disparities
     validity = compare(pool, planes, right.disparities, config.min_disparity)
-    disparity = averaged_with_planes(left, averaged_with_seed(planes, seed), seed.surface, random)
+    near = abs(planes - seed.surface) <= SEED_NEAR      # the seed errs otherwise than planes
+    disparity = averaged_with_planes(
+        left, planes + near * np.float32(SEED_SHARE) * (seed.surface - planes), seed.surface,
+        random)
     if config.speckle_size > 1:
         reject_speckles(pool, np.rint(disparity).astype(np.int16), validity, config.speckle_range,
                         config.speckle_size)

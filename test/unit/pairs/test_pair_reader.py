@@ -7,8 +7,7 @@ from itertools import combinations
 import cv2
 from fuzzed import examples
 from fuzzy_stereo_ros.pairs.messages import ENCODINGS
-from fuzzy_stereo_ros.pairs.pair_reader import (
-    is_inside, largest_window, OFF_IMAGE, PairReader, raw_positions)
+from fuzzy_stereo_ros.pairs.pair_reader import largest_window, OFF_IMAGE, PairReader, raw_positions
 from fuzzy_stereo_ros.pairs.stereo_pair import Calibration, Projection
 from fuzzy_stereo_ros.synthetic.scenes import make_pair
 from hypothesis import given, strategies as st
@@ -298,13 +297,6 @@ def test_what_lies_beyond_where_a_lens_turns_back_comes_from_nowhere(model, coef
     nowhere = np.equal(raw_positions('left', strong, 80, 100), OFF_IMAGE).all(axis=0)
     assert nowhere[radius > last + 0.01].all()
     assert not nowhere[radius < last - 0.01].any()
-
-
-def test_a_place_is_inside_where_its_four_pixels_are():
-    x, y = np.float32([0, -0.01, -0.02, 9, 9.01, 9.02, 5, 5, np.inf]), np.float32([0] * 9)
-    y[6:8] = 4, 4.5
-    inside = [True, True, False, True, True, False, True, False, False]
-    assert is_inside(x, y, 5, 10).tolist() == inside
 
 
 @pytest.mark.parametrize('changes, sentence', [

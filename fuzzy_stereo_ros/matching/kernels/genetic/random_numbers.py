@@ -9,13 +9,16 @@ _FIRST = np.uint64(0xBF58476D1CE4E5B9)
 _SECOND = np.uint64(0x94D049BB133111EB)
 
 
-@kernel
+@called
 def mixed(key, counter):
     """Return 64 random bits that belong to a counter, uint64, under a key: one of SplitMix64."""
     bits = key + (counter + np.uint64(1)) * _GOLDEN
     bits = (bits ^ (bits >> np.uint64(30))) * _FIRST
     bits = (bits ^ (bits >> np.uint64(27))) * _SECOND
     return bits ^ (bits >> np.uint64(31))
+
+
+_mixed = kernel(mixed)      # for Python
 
 
 @called
@@ -48,7 +51,7 @@ def key_of(*words):
     """
     key = np.uint64(len(words))
     for word in words:
-        key = np.uint64(mixed(key, np.uint64(int(word) & 0xFFFFFFFFFFFFFFFF)))
+        key = np.uint64(_mixed(key, np.uint64(int(word) & 0xFFFFFFFFFFFFFFFF)))
     return key
 
 

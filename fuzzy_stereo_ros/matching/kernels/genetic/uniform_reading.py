@@ -11,7 +11,7 @@ possibility, no weight.
 from typing import NamedTuple
 
 from fuzzy_stereo_ros.matching.kernels import simd
-from fuzzy_stereo_ros.matching.kernels.compiled import inlined, kernel
+from fuzzy_stereo_ros.matching.kernels.compiled import called, inlined, kernel
 from fuzzy_stereo_ros.matching.kernels.genetic.random_numbers import below, mixed, unit
 import numpy as np
 
@@ -58,8 +58,8 @@ def fitness_of_block(genes, chosen, weights, start, width, plane):
     return simd.multiply(smooth, simd.widen(simd.load(chosen, start)))
 
 
-@kernel
-def fill_fitness(genes, chosen, weights, columns, first, last, fitness):
+@called
+def write_fitness(genes, chosen, weights, columns, first, last, fitness):
     """Write the fitness of the cells of some rows of the image; return its sum."""
     width, plane = genes.shape[1], genes.size
     flat_genes, flat_chosen = genes.reshape(-1), chosen.reshape(-1)
@@ -71,6 +71,9 @@ def fill_fitness(genes, chosen, weights, columns, first, last, fitness):
             simd.store(flat_fitness, start, block)
             sum_of_rows += simd.total(block)
     return sum_of_rows
+
+
+fill_fitness = kernel(write_fitness)
 
 
 @kernel
@@ -215,10 +218,10 @@ def fill_fitness_around(cells, weights, chromosome):
     for cell in cells:
         row = cell // genes.shape[1] - 1
         if row > last:
-            fill_fitness(genes, chosen, weights, columns, first, last, fitness)
+            write_fitness(genes, chosen, weights, columns, first, last, fitness)
             first = row - 1
         first, last = max(first, 0), min(row + 2, rows)
-    fill_fitness(genes, chosen, weights, columns, first, last, fitness)
+    write_fitness(genes, chosen, weights, columns, first, last, fitness)
 
 
 LARGEST_HALF = 14               # a patch with its rim fits into the lanes of one block
