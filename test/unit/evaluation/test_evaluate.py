@@ -108,6 +108,25 @@ def test_the_number_of_disparities_comes_from_user_then_scene_then_truth_then_pa
     assert disparities_of(scene, [np.full_like(truth, 7)], None)[0] == 8
 
 
+def test_a_time_is_the_fastest_and_the_speed_follows_from_it(tmp_path, capsys, monkeypatch):
+    write_2014(tmp_path, pair(), ndisp=DISPARITIES)
+    turns = iter([0, 9_000_000, 0, 4_000_000, 0, 6_000_000])
+    monkeypatch.setattr(matchers_module.time, 'perf_counter_ns', lambda: next(turns))
+    told = evaluated(capsys, tmp_path, '--matcher', 'opencv:bm', '--repeats', '3')
+    for record in told['records']:
+        assert record['milliseconds'] == 4.0
+        assert record['mde_per_second'] == pytest.approx(
+            ROWS * WIDTH * DISPARITIES / 0.004 / 1e6)
+    assert 'the fastest of 3' in told['settings']['time']
+
+
+def test_images_of_16_bits_become_8_by_one_factor_for_both():
+    left, right = np.uint16([[0, 2000, 4000]]), np.uint16([[1000, 500, 0]])
+    found = DEFAULT[0].matcher(MIDDLEBURY, 16).images(left, right)
+    np.testing.assert_array_equal(found[0], [[0, 128, 255]])
+    np.testing.assert_array_equal(found[1], [[64, 32, 0]])
+
+
 def test_all_run_on_the_threads_that_are_asked_for(tmp_path, capsys, monkeypatch):
     write_2014(tmp_path, pair(), ndisp=DISPARITIES)
     seen = []

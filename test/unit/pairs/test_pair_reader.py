@@ -7,7 +7,8 @@ from itertools import combinations
 import cv2
 from fuzzed import examples
 from fuzzy_stereo_ros.pairs.messages import ENCODINGS
-from fuzzy_stereo_ros.pairs.pair_reader import largest_window, OFF_IMAGE, PairReader, raw_positions
+from fuzzy_stereo_ros.pairs.pair_reader import (
+    is_inside, largest_window, OFF_IMAGE, PairReader, raw_positions)
 from fuzzy_stereo_ros.pairs.stereo_pair import Calibration, Projection
 from fuzzy_stereo_ros.synthetic.scenes import make_pair
 from hypothesis import given, strategies as st
@@ -162,6 +163,15 @@ def test_a_rectified_pair_names_the_pixels_without_source_and_a_cut_one_has_none
     assert PairReader(scale=scale).read(*messages).missing is None
 
 
+def test_where_nothing_is_missing_nothing_is_cut_or_copied():
+    messages = (image(noise(80, 100), 'mono8'), info(),
+                image(noise(80, 100), 'mono8'), info(tx=-24.0))
+    pair = PairReader(crop=True).read(*messages)
+    assert pair.left.shape == (80, 100)
+    assert pair.calibration == PairReader().read(*messages).calibration
+    assert np.shares_memory(pair.left, np.frombuffer(messages[0].data, np.uint8))
+
+
 def test_a_camera_info_without_a_size_takes_the_images_as_they_are():
     pair = PairReader(rectify=True).read(
         image(noise(80, 90), 'mono8'), info(width=0, height=0),
@@ -297,6 +307,13 @@ def test_what_lies_beyond_where_a_lens_turns_back_comes_from_nowhere(model, coef
     nowhere = np.equal(raw_positions('left', strong, 80, 100), OFF_IMAGE).all(axis=0)
     assert nowhere[radius > last + 0.01].all()
     assert not nowhere[radius < last - 0.01].any()
+
+
+def test_a_place_is_inside_where_its_four_pixels_are():
+    x, y = np.float32([0, -0.01, -0.02, 9, 9.01, 9.02, 5, 5, np.inf]), np.float32([0] * 9)
+    y[6:8] = 4, 4.5
+    inside = [True, True, False, True, True, False, True, False, False]
+    assert is_inside(x, y, 5, 10).tolist() == inside
 
 
 @pytest.mark.parametrize('changes, sentence', [
