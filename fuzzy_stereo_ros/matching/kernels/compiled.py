@@ -169,6 +169,7 @@ class KernelCache:
 
 def _to_be_called(compiled):
     """Return what numba caches of a kernel, without what code that it becomes part of needs."""
+    # numba calls what the bitcode defines, and reads an environment for its constants alone
     (name, kind, (machine_code, _)), description, *others, environments = compiled._reduce()
     defined = f'define void @"{description.llvm_cpython_wrapper_name}"() {{ ret void }}'
     return ((name, kind, (machine_code, ll.parse_assembly(defined).as_bitcode())), description,
