@@ -41,7 +41,7 @@ class PlaneFitness:
 
     def set_view(self, pool, volume, origin, colour, roots, weak):
         """
-        Set a view of a pair; all its matches are trusted.
+        Set a view of a pair.
 
         volume: uint8 (R, C, labels), costs of the left image's matches; origin: None for the left
         view; for the mirrored right one, the column in which the match of its column 0 with
@@ -49,7 +49,6 @@ class PlaneFitness:
         weak: float32 (R, C), how weak the texture is, 0 to 1
         """
         self._volume = kernels.Volume(volume, *((0, 0) if origin is None else (origin, 1)))
-        self.trusted[:] = True
         self._fill_supports(pool, colour)
         share = kernels.UNIT * (STRONG_TEXTURE + (1 - STRONG_TEXTURE) * weak)
         across, down = self._smoothness
@@ -71,10 +70,6 @@ class PlaneFitness:
         fill(1, even, all_of_it)        # the pixels that a census compares
         pure = self._supports.masses / np.float32(255 * even.size**2)
         fill(SUPPORT_STRIDE, self._by_distance, np.maximum(pure, np.float32(LEAST_PURE)))
-
-    def trust_consistent(self, consistent):
-        """Trust matches in full where the views agree, bool (R, C), and little elsewhere."""
-        self.trusted[:] = consistent
 
     def match_costs(self, pool, planes, selected=None):
         """Return match costs along planes, without trust: int16 (R, C), 0 unless selected."""

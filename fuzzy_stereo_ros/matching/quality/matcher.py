@@ -146,13 +146,9 @@ class QualityMatcher:
     def possibility_of(self, chromosome):
         """Return how possible the matches of a map of labels are: float32 (R, C), 0 to 1."""
         view = self.population.views[0]
-        costs = view.fitness.match_costs(self.pool, self._planes_of(chromosome))
-        return 1 - costs.astype(np.float32) / UNIT
-
-    def fitness_of(self, chromosome):
-        """Return the fitness of a map of labels, or of px from 0, on the last pair."""
-        view = self.population.views[0]
-        return view.fitness_of(local_planes(self.pool, np.float32(chromosome), view.colour))
+        planes = np.zeros(view.planes.shape, np.float32)
+        planes[:, 2] = chromosome
+        return 1 - view.fitness.match_costs(self.pool, planes).astype(np.float32) / UNIT
 
     def _starts(self, pairs, maps, budget, known):
         """Return both `Seed`s of maps, px from 0; known: the right map is taken as it is."""
@@ -165,25 +161,17 @@ class QualityMatcher:
         """Return the population of a pair: planes around the pixels of both seeds."""
         stages, lowest, columns = self._stages, self._config.min_disparity, self._shape[1]
         tools = (stages.crossover(*self._shape, 4), Exchange(*self._shape, 4), stages.evidence)
-        views, maps = [], []
+        views = []
         for start, origin in zip(starts, (None, columns - 1 + lowest)):
             colour = start.colour
             roots = ROOT * np.sqrt(colour.astype(np.float32))
             fitness = PlaneFitness(*self._shape, self._config.disparities)
             fitness.set_view(self.pool, volume, origin, colour, roots, start.weak)
-            views.append(EvolvingView(self.pool, fitness, colour, segments_of(roots), tools))
-            maps.append(local_planes(self.pool, start.surface, colour))
+            views.append(EvolvingView(self.pool, fitness, segments_of(roots), tools,
+                                      local_planes(self.pool, start.surface, colour)))
         population = Population(views, lowest)
         population.update_trust([start.surface for start in starts])
-        population.initialise(maps)
         return population
-
-    def _planes_of(self, chromosome):
-        """Return whole labels as planes."""
-        rows, columns = self._shape
-        planes = np.zeros((rows, 3, columns), np.float32)
-        planes[:, 2] = chromosome
-        return planes
 
 
 def _of_both_views(left, right):

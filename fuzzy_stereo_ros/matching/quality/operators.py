@@ -27,7 +27,6 @@ def segment_planes(population, random):
 def update_trust(population, random):
     """Trust matches where the views of the chromosome agree."""
     population.update_trust([view.disparities for view in population.views])
-    population.measure()
 
 
 OPERATORS = {'segments': segment_planes, 'trust': update_trust}

@@ -6,7 +6,8 @@ The population of the profile `quality`: a plane map of each view of a pair.
 The chromosome is a plane map of the left view and one of the mirrored right view. It takes what is
 fitter from mutants. Where the maps of its two views disagree, matches count little in the fitness.
 """
-from fuzzy_stereo_ros.matching.quality.result import consistent
+from fuzzy_stereo_ros.matching.kernels.units import INVALID
+from fuzzy_stereo_ros.matching.quality.result import compare
 import numpy as np
 
 
@@ -14,28 +15,19 @@ class EvolvingView:
     """
     One view of a pair: its fitness, its segments, and its plane map.
 
-    segments: see segments_of; colour: uint8 (R, C, 3); planes: float32 (R, 3, C), the map;
-    match_costs: int16 (R, C), of its matches, without trust
+    segments: see segments_of; planes: float32 (R, 3, C), the map; match_costs: int16 (R, C), of
+    its matches, without trust
     """
 
-    def __init__(self, pool, fitness, colour, segments, tools):
+    def __init__(self, pool, fitness, segments, tools, planes):
         """tools: of both views: a crossover, its `Exchange`, evidence, see the `Stages`."""
-        self.pool, self.fitness, self.colour, self.segments = pool, fitness, colour, segments
-        self._tools, self.planes = tools, None
+        self.pool, self.fitness, self.segments = pool, fitness, segments
+        self._tools, self.planes = tools, planes
+        self.match_costs = fitness.match_costs(pool, planes)
 
-    def set_planes(self, planes):
-        """Take a plane map, and measure it."""
-        self.planes, self.match_costs = planes, self.fitness.match_costs(self.pool, planes)
-        self._costs = self.fitness.trusted_costs(self.match_costs)
-
-    def fitness_of(self, planes=None):
-        """Return the fitness of a plane map, None = its own: 1 where nothing costs."""
-        costs = self._costs
-        if planes is None:
-            planes = self.planes
-        else:
-            costs = self.fitness.trusted_costs(self.fitness.match_costs(self.pool, planes))
-        return 1 - self.fitness.total(self.pool, planes, costs) / self.fitness.largest
+    def measured(self):
+        """Return the fitness of the map: 1 where nothing costs."""
+        return 1 - self.fitness.total(self.pool, self.planes, self._costs) / self.fitness.largest
 
     @property
     def disparities(self):
@@ -61,9 +53,8 @@ class EvolvingView:
 
     def trust_consistent(self, consistent):
         """Trust matches where the views agree, bool (R, C), and measure the map anew."""
-        self.fitness.trust_consistent(consistent)
-        if self.planes is not None:
-            self._costs = self.fitness.trusted_costs(self.match_costs)
+        self.fitness.trusted[:] = consistent
+        self._costs = self.fitness.trusted_costs(self.match_costs)
 
 
 class Population:
@@ -80,12 +71,6 @@ class Population:
         """lowest: px, the disparity that planes count from."""
         self.views, self._lowest, self.fitness = views, lowest, np.zeros(1)
 
-    def initialise(self, maps):
-        """Set the first plane map of each view."""
-        for view, planes in zip(self.views, maps):
-            view.set_planes(planes)
-        self.measure()
-
     @property
     def genes(self):
         """The left map as disparities from 0 in whole px: int16 (1, R, C)."""
@@ -93,9 +78,10 @@ class Population:
 
     def measure(self):
         """Measure the fitness."""
-        self.fitness[0] = self.views[0].fitness_of()
+        self.fitness[0] = self.views[0].measured()
 
     def update_trust(self, maps):
-        """Trust the matches of both views where their maps agree: float32 (R, C), px."""
+        """Trust matches of both views where their maps, float32 (R, C), px, agree; measure."""
         for view, one, other in zip(self.views, maps, reversed(maps)):
-            view.trust_consistent(consistent(view.pool, one, other, self._lowest))
+            view.trust_consistent(compare(view.pool, one, other, self._lowest) != INVALID)
+        self.measure()

@@ -7,7 +7,7 @@ from fuzzy_stereo_ros.matching.kernels.planes.costs import UNIT
 from fuzzy_stereo_ros.matching.kernels.possibility.fuzzy_costs import FULL
 from fuzzy_stereo_ros.matching.kernels.refinement.consistency import compare_views
 from fuzzy_stereo_ros.matching.kernels.refinement.subpixel import AROUND
-from fuzzy_stereo_ros.matching.kernels.units import CONSISTENT, INVALID
+from fuzzy_stereo_ros.matching.kernels.units import CONSISTENT
 from fuzzy_stereo_ros.matching.quality.fitness import SUPPORT_RADIUS, SUPPORT_STRIDE
 from fuzzy_stereo_ros.matching.quality.planes import planes_of, region_planes
 from fuzzy_stereo_ros.matching.realtime.refinement import reject_speckles
@@ -33,11 +33,6 @@ def compare(pool, disparity, other, lowest):
         disparity, other, lowest, np.float32(VIEWS_DIFFER), validity, band[1], band[2]),
         cut_bands(len(disparity)))
     return validity
-
-
-def consistent(pool, disparity, other, lowest):
-    """Return where a map does not contradict that of the mirrored other view: bool (R, C)."""
-    return compare(pool, disparity, other, lowest) != INVALID
 
 
 def averaged_with_planes(view, disparity, surface, random):

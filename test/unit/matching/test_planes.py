@@ -1,6 +1,8 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Genes that are planes: costs, exchange, fits, segments, evidence, against plain twins."""
+from types import SimpleNamespace
+
 from fuzzy_stereo_ros.matching.bands import ThreadPool
 from fuzzy_stereo_ros.matching.crossover import Exchange
 from fuzzy_stereo_ros.matching.evolution import Random
@@ -12,7 +14,6 @@ from fuzzy_stereo_ros.matching.kernels.units import CONSISTENT, INVALID, OUTSIDE
 from fuzzy_stereo_ros.matching.quality.fitness import (
     PlaneFitness, SUPPORT_RADIUS, SUPPORT_STRIDE)
 from fuzzy_stereo_ros.matching.quality.planes import listed, region_planes
-from fuzzy_stereo_ros.matching.quality.population import EvolvingView
 from fuzzy_stereo_ros.matching.quality.result import averaged_with_planes
 from fuzzy_stereo_ros.matching.quality.scanlines import cut_strips
 from hypothesis import given, settings, strategies as st
@@ -97,7 +98,7 @@ def test_planes_cost_means_over_their_supports_and_maps_the_differences_of_neigh
 @given(st.integers(0, 10**6))
 def test_an_exchange_has_the_exact_change_of_any_choice_of_cells(seed):
     fitness, _, _, parents, draw = looked(seed)
-    fitness.trust_consistent(draw.random((ROWS, COLUMNS)) < 0.7)
+    fitness.trusted[:] = draw.random((ROWS, COLUMNS)) < 0.7
     selected = draw.random((ROWS, COLUMNS)) < 0.6
     priced = [(planes, fitness.trusted_costs(fitness.match_costs(POOL, planes)))
               for planes in parents]
@@ -130,8 +131,8 @@ def test_planes_are_found_among_outliers_and_averaged_with_segments_that_are_not
     disparity, flat = (truth + noise).astype(np.float32), labels == 0
     disparity[3:6, 3:6] += 2
     flat[3:6, 3:6] = False
-    view = EvolvingView(POOL, PlaneFitness(40, 60, 16), None, [None, listed(labels, 2)],
-                        (None, None, None))
+    view = SimpleNamespace(pool=POOL, fitness=PlaneFitness(40, 60, 16),
+                           segments=[None, listed(labels, 2)])
     found = averaged_with_planes(view, disparity, disparity, Random((0,)))
     np.testing.assert_array_equal(found[~flat], disparity[~flat])
     np.testing.assert_allclose((found - truth)[flat], noise[flat] / 2, atol=0.03)
