@@ -35,7 +35,7 @@ def seen(left, right, disparities, min_disparity=0, model=FULL_SIZE):
     places = luminance_shift(left, right)
     possibility.left.read(left, 0, places, 0, possibility.rows)
     read_moved(possibility.right, right, min_disparity, places)
-    possibility.describe(CensusPicture.describe, 0, possibility.rows)
+    possibility.describe(0, possibility.rows)
     return possibility
 
 

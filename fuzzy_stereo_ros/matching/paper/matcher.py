@@ -63,27 +63,23 @@ class PaperState(NamedTuple):
 
 class Stages(NamedTuple):
     """
-    The operators of a generation, in order, each called as in operators.py; and the inheritance.
+    The operators of a generation, in order, each called as in operators.py, None for none.
 
-    All but the last two are operators; None for none.
-
-    inheritance: called with a MatcherConfig, rows and columns, returns what a frame takes over of
-    the previous one, see Inheritance; slopes: called with the inherited map and the side of N,
-    returns how N rises, see slopes_of; None: it never does
+    slopes: no operator, but called with the inherited map and the side of N, returns how N rises,
+    see slopes_of; None: it never does
     """
 
     selection: Callable = operators.select
     crossover: Callable = operators.cross_regions
     mutation: Callable = operators.mutate_by_uniform_patches
     fusion: Callable | None = operators.fuse_retained
-    inheritance: Callable = Inheritance
     slopes: Callable | None = slopes_of
 
     @property
     def operators(self):
         """The operators by name, in order."""
         return {name: stage for name, stage in self._asdict().items()
-                if name not in ('inheritance', 'slopes') and stage is not None}
+                if name != 'slopes' and stage is not None}
 
 
 LITERAL_STAGES = Stages(operators.select, operators.cross_at_lines,
@@ -101,7 +97,7 @@ class PaperMatcher:
         self._config, self.pool = config, ThreadPool(config.threads)
         self._fitness = (LiteralFitness if literal else UniformFitness)(config, rows, columns)
         stages = stages or (LITERAL_STAGES if literal else Stages())
-        self._inheritance = stages.inheritance(config, rows, columns)
+        self._inheritance = Inheritance(config, rows, columns)
         self._slopes_of = stages.slopes
         self.population = Population(config, rows, columns, self._fitness)
         self._most_possible = np.zeros(self.population.framed.shape[1:], np.uint16)

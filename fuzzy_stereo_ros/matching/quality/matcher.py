@@ -76,13 +76,11 @@ class Stages(NamedTuple):
     crossover: called with rows, columns and 4 neighbours, returns a crossover of an `Exchange`
     operators: {name: operator}, in the order in which they are called
     evidence: a check of proposals, called as reject_unfounded
-    inheritance: called as Inheritance, returns what a frame takes over of the previous one
     """
 
     crossover: Callable = Cut
     operators: dict = OPERATORS
     evidence: Callable = reject_unfounded
-    inheritance: Callable = Inheritance
 
 
 class QualityMatcher:
@@ -94,8 +92,7 @@ class QualityMatcher:
         """Allocate nothing yet: each pair allocates its memory, and frees that of the last."""
         self._config, self._shape = config, (rows, columns)
         self._stages, self.pool = stages or Stages(), ThreadPool(config.threads)
-        self._inheritance = self._stages.inheritance(
-            config, rows, columns, seen=2, least_age=LEAST_AGE)
+        self._inheritance = Inheritance(config, rows, columns, seen=2, least_age=LEAST_AGE)
         self.population = None
 
     def match(self, left, right, previous, random, budget, observe=None, camera=None):

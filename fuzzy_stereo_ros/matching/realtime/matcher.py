@@ -17,13 +17,11 @@ from fuzzy_stereo_ros.matching.crossover import PartitionCrossover
 from fuzzy_stereo_ros.matching.evidence import Evidence
 from fuzzy_stereo_ros.matching.evolution import Durations, evolve, Random, Stopwatch
 from fuzzy_stereo_ros.matching.match import Match
-from fuzzy_stereo_ros.matching.over_frames.pictures import NoiseEstimate
 from fuzzy_stereo_ros.matching.realtime.fitness import CensusFitness
 from fuzzy_stereo_ros.matching.realtime.generation import InheritedGenes
 from fuzzy_stereo_ros.matching.realtime.half_size import HalfSize
 from fuzzy_stereo_ros.matching.realtime.operators import NotMutated, Population, WeakRegions
 from fuzzy_stereo_ros.matching.realtime.plain_regions import PlainRegions
-from fuzzy_stereo_ros.matching.realtime.possibility import CensusPicture
 from fuzzy_stereo_ros.matching.realtime.refinement import Refinement
 from fuzzy_stereo_ros.matching.realtime.views import Views
 from fuzzy_stereo_ros.matching.realtime.warm_start import RealtimeState, WarmStart
@@ -39,11 +37,8 @@ class Stages(NamedTuple):
 
     generation: called with the `CensusPossibility` of full images, returns what selects the
     chromosome at full size, see InheritedGenes
-    noise: called with rows and columns, returns a noise estimate, see NoiseEstimate
-    describe: called with a `CensusPicture` and a range of rows, writes the features of its pixels
     previous_best: called as `WarmStart.previous_best`, returns the previous best as a parent, and
     as a prior
-    crossover: called with rows and columns, returns a crossover, see matching/crossover.py
     vote: called with the `Views` and the smallest disparity, returns the mutation of plain regions
     by the evidence of all of their pixels, see PlainRegions
     mutation: called with the `CensusPossibility` of full images and a dtype of labels, returns
@@ -51,10 +46,7 @@ class Stages(NamedTuple):
     """
 
     generation: Callable = InheritedGenes
-    noise: Callable = NoiseEstimate
-    describe: Callable = CensusPicture.describe
     previous_best: Callable = WarmStart.previous_best
-    crossover: Callable = partial(PartitionCrossover, advantage=ADVANTAGE)
     vote: Callable = PlainRegions
     mutation: Callable = WeakRegions
 
@@ -77,7 +69,7 @@ class RealtimeMatcher:
         """Allocate all that pairs of one size need."""
         self._config, self._stages = config, stages or STAGES[config.planes]
         self.pool = ThreadPool(config.threads if rows * columns >= FEWEST_SHARED else 1)
-        self._views = Views(config, rows, columns, self._stages.noise)
+        self._views = Views(config, rows, columns)
         full = self._views.full
         self._plain_regions = self._stages.vote(self._views, config.min_disparity)
         self._generation = self._stages.generation(full)
@@ -90,7 +82,7 @@ class RealtimeMatcher:
         self._fitness = CensusFitness(
             full, self._refinement.validity, self._generation.chosen.target)
         self.population = Population(
-            self.pool, self._fitness, self._stages.crossover(rows, columns),
+            self.pool, self._fitness, PartitionCrossover(rows, columns, ADVANTAGE),
             self._generation.chosen.labels)
         self._weak_regions = self._stages.mutation(full, labels_type)
         self._durations = Durations()
@@ -154,7 +146,7 @@ class RealtimeMatcher:
         views = self._views
         views.smooth(self.pool)
         chain = Chain(self.pool)
-        described = views.describe(chain, self._stages.describe)
+        described = views.describe(chain)
         chain.each(watch.lap, ['possibility'])
         found = self._plain_regions.find(chain)
         searched = self._half_size.search(chain, after=described)

@@ -121,14 +121,10 @@ class CensusPossibility:
         self.left.denoise(tolerance, first, last)
         self.right.denoise(tolerance, first, last)
 
-    def describe(self, describe, first, last):
-        """
-        Fill the features of some rows, once both views are denoised.
-
-        describe: called with each view and the rows, as `CensusPicture.describe`
-        """
-        describe(self.left, first, last)
-        describe(self.right, first, last)
+    def describe(self, first, last):
+        """Fill the features of some rows, once both views are denoised."""
+        self.left.describe(first, last)
+        self.right.describe(first, last)
         model = self.model
         features.jump_penalties(
             self.left.edges, model.jump, model.jump_at_edge,

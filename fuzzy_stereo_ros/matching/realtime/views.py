@@ -59,12 +59,8 @@ class Views:
     the luminance, see luminance_shift
     """
 
-    def __init__(self, config, rows, columns, noise):
-        """
-        Allocate for images of a size.
-
-        noise: called with rows and columns, returns a noise estimate, see NoiseEstimate
-        """
+    def __init__(self, config, rows, columns):
+        """Allocate for images of a size."""
         extra = extra_columns(config.min_disparity, config.disparities)
         existing = config.min_disparity, config.min_disparity + columns - 1
         self.full = CensusPossibility(
@@ -79,9 +75,7 @@ class Views:
         self._right = CensusPicture(rows, columns, True, 0) if extra else self.full.right
         self._half_right = (
             Picture(rows // 2, columns // 2, True) if extra else self.half.right)
-        self._estimate = noise(rows, columns)
-        self.noise = 0.0
-        self.noises = self._estimate, NoiseEstimate(rows, columns)
+        self.noise, self.noises = 0.0, [NoiseEstimate(rows, columns) for _ in range(2)]
         self._smoothing = Smoothing(rows, columns)
 
     def read(self, pool, left, right, previous=None):
@@ -115,7 +109,7 @@ class Views:
         """Estimate the noise of a pair that was read; pool: a ThreadPool, or a Chain."""
         def estimate(noise):
             self.noise = noise.level
-        pool.each(estimate, [self._estimate])
+        pool.each(estimate, self.noises[:1])
 
     @property
     def pictures(self):
@@ -135,13 +129,8 @@ class Views:
         self.full.use(COARSE_SIZE if found.coarse else JPEG_SIZE if found.compressed
                       else FULL_SIZE)
 
-    def describe(self, pool, describe):
-        """
-        Write the features of the pair.
-
-        pool: a ThreadPool, or a Chain, whose mark of this stage is returned; describe: called with
-        a view and a range of rows, writes its features
-        """
+    def describe(self, pool):
+        """Write the features of the pair; pool: or a Chain, whose mark of this is returned."""
         sizes, full, shift = (self.full, *self.small), self.full, self._shift
         noise = max(self.noise, COMPRESSED if self._smoothing.compressed else 0.0)
         tolerance = max(0.0, SPREAD * (min(noise, LOUDEST) - UNSEEN))
@@ -158,5 +147,5 @@ class Views:
             for level, (views, rows) in enumerate(zip(sizes, bands)):
                 views.denoise(int((256 >> level) * tolerance),
                               *widened(rows, CENSUS_ROWS, views.rows))
-                views.describe(describe, *rows[1:])
+                views.describe(*rows[1:])
         return pool.each(describe_band, pool.parts(full.rows, PART))

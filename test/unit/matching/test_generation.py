@@ -217,7 +217,7 @@ def test_the_half_size_chromosome_is_put_together_as_by_the_twins(
             extra >> level)
         for view, half in zip(larger, (size.left, size.right)):
             view.halve(half, 0, size.rows)
-        size.describe(CensusPicture.describe, 0, size.rows)
+        size.describe(0, size.rows)
         larger = [size.left, size.right]
         possibilities.append(size)
     half_size, pool = HalfSize(possibilities, *shape, disparities), ThreadPool(threads)

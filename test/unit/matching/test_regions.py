@@ -11,7 +11,6 @@ from fuzzy_stereo_ros.matching.kernels.planes.plain_texture import COLUMNS_AROUN
 from fuzzy_stereo_ros.matching.kernels.possibility.costs import Prior
 from fuzzy_stereo_ros.matching.kernels.possibility.features import MARGIN
 from fuzzy_stereo_ros.matching.kernels.units import CONSISTENT, STEPS
-from fuzzy_stereo_ros.matching.over_frames.pictures import NoiseEstimate
 from fuzzy_stereo_ros.matching.realtime.half_size import SmallResult, SURE
 from fuzzy_stereo_ros.matching.realtime.matcher import Stages
 from fuzzy_stereo_ros.matching.realtime.operators import GreyRegions, NotMutated
@@ -121,12 +120,11 @@ def test_what_stays_at_disparity_0_and_what_the_map_knows_already_are_no_evidenc
     ((66, 97), 0), ((145, 120), 0), ((66, 97), -6), ((66, 97), 5)])
 def test_evidence_is_that_of_the_twin(size, min_disparity):
     pair = wall(size=size, noise=0.7)
-    views = Views(MatcherConfig(disparities=DISPARITIES, min_disparity=min_disparity), *size,
-                  NoiseEstimate)
+    views = Views(MatcherConfig(disparities=DISPARITIES, min_disparity=min_disparity), *size)
     views.read(POOL, *pair[:2])
     views.estimate(POOL)
     views.smooth(POOL)
-    views.describe(POOL, Stages().describe)
+    views.describe(POOL)
     plain = PlainRegions(views, min_disparity)
     mutate(plain, 10, Prior(*np.zeros((2, *size), np.uint8)))
     places, (curves, counts, _) = plain._found.places, plain._found.votes

@@ -96,7 +96,7 @@ def texture(seed=0, smooth=1.5):
 
 def read(left, right):
     """Return the `Views` of a pair, read and smoothed."""
-    views = Views(MatcherConfig(disparities=16), *left.shape[:2], NoiseEstimate)
+    views = Views(MatcherConfig(disparities=16), *left.shape[:2])
     views.read(ThreadPool(1), left, right)
     views.smooth(ThreadPool(1))
     return views
@@ -159,7 +159,7 @@ def test_jpeg_is_seen_both_views_are_smoothed_and_matched_by_a_model_of_their_ow
         assert view.least_step == model.least_step
         np.testing.assert_array_equal(found, twins.smoothed(
             fine(image), model is not FULL_SIZE))
-    views.describe(ThreadPool(1), CensusPicture.describe)
+    views.describe(ThreadPool(1))
     expected = twins.jump_penalties(twins.eight_bits(fine(images[0])), twins.jump_table(model))
     np.testing.assert_array_equal(views.full.penalties.across, expected[0])
     np.testing.assert_array_equal(views.full.penalties.down, expected[1])
