@@ -8,7 +8,6 @@ have evolved: another search would find the same map. A frame in which two neigh
 changed is searched. A change in a single tile looks like noise and waits for the next search.
 """
 from dataclasses import replace
-from typing import NamedTuple
 
 from fuzzy_stereo_ros.matching.kernels.temporal.change_detection import TILE
 import numpy as np
@@ -17,48 +16,30 @@ SETTLED = 32    # unchanged frames after which results are reused: as many are a
 LONGEST_STEP_NS = 200_000_000   # slower cameras have each frame searched
 
 
-class StillResult(NamedTuple):
+def is_reused(previous, views, config):
     """
-    The result of a static scene, for the frames after it.
-
-    still: searched frames in a row in which nothing changed; since_search: frames since the last
-    search; still_disparity, still_confidence: float32 (R, C), its result, empty until `still` is
-    SETTLED
-    """
-
-    still: int
-    since_search: int
-    still_disparity: np.ndarray
-    still_confidence: np.ndarray
-
-
-def reused_result(previous, views, config):
-    """
-    Return the `StillResult` that this frame reuses, None where it has to be searched.
+    Return whether this frame reuses the result of an earlier one, and so is not searched.
 
     previous: the FrameState of the previous frame, or None; views: the `ViewTiles` of both views,
     compared with it; config: the MatcherConfig
     """
-    result = previous and previous.own.result
-    if (not result or result.since_search + 1 >= config.still_interval
-            or result.still < SETTLED or _moves(views, previous.shape)
-            or config != replace(previous.config, threads=config.threads,
-                                 deadline_ms=config.deadline_ms)):
-        return None
-    return result._replace(since_search=result.since_search + 1)
+    return (previous is not None and previous.own.since_search + 1 < config.still_interval
+            and previous.own.still >= SETTLED and not _moves(views, previous.shape)
+            and config == replace(previous.config, threads=config.threads,
+                                  deadline_ms=config.deadline_ms))
 
 
 def new_result(previous, views, config, match):
     """
-    Return the `StillResult` of a frame that was searched; match: its `Match`.
+    Return `still` to `still_confidence` of the `RealtimeState` of a frame that was searched.
 
-    previous, views, config: as above; in a first frame all tiles count as changed
+    previous, views, config: as above; match: its `Match`; in a first frame all tiles count as
+    changed
     """
     moves = previous is None or _moves(views, match.disparity.shape)
-    still = 0 if moves else previous.own.result.still + 1
+    still = 0 if moves else previous.own.still + 1
     side = slice(None if still >= SETTLED and config.still_interval > 1 else 0)
-    return StillResult(
-        still, 0, match.disparity[side, side].copy(), match.confidence[side, side].copy())
+    return still, 0, match.disparity[side, side].copy(), match.confidence[side, side].copy()
 
 
 def _moves(views, shape):

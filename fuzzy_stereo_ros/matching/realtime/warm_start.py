@@ -29,7 +29,7 @@ from fuzzy_stereo_ros.matching.over_frames.pictures import NOISY
 from fuzzy_stereo_ros.matching.over_frames.state import FrameState, NO_COLOURS
 from fuzzy_stereo_ros.matching.realtime.generation import gene_type, parent_of
 from fuzzy_stereo_ros.matching.realtime.still_scene import (
-    LONGEST_STEP_NS, new_result, reused_result, SETTLED, StillResult)
+    is_reused, LONGEST_STEP_NS, new_result, SETTLED)
 import numpy as np
 
 QUIET = 0.2          # grey levels of noise below which the previous best is not used
@@ -50,8 +50,9 @@ class RealtimeState(NamedTuple):
 
     labels: uint8 or uint16 (R, C), the best chromosome; validity: uint8 (R, C), 0 = consistent;
     census: uint32 (R, C), of the left image; survived: uint8 (R / 2, C / 2), how many frames each
-    label survived while the camera moved; both empty where no camera is known; still to
-    still_confidence: see still_scene.StillResult
+    label survived while the camera moved; both empty where no camera is known; still: searched
+    frames in a row in which nothing changed; since_search: frames since the last search;
+    still_disparity, still_confidence: float32 (R, C), its result, empty until `still` is SETTLED
     """
 
     labels: np.ndarray
@@ -62,11 +63,6 @@ class RealtimeState(NamedTuple):
     since_search: int
     still_disparity: np.ndarray
     still_confidence: np.ndarray
-
-    @property
-    def result(self):
-        """The result of a static scene, as `reused_result` takes it."""
-        return StillResult(*(getattr(self, name) for name in StillResult._fields))
 
     def after(self, gap_ns):
         """Return it for a frame that comes so much later: a late one is searched."""
@@ -246,12 +242,11 @@ class WarmStart:
 
         state: the FrameState of the previous frame, or None; config: the MatcherConfig
         """
-        result = reused_result(state, self._averaging.tiles, config)
-        if result is None:
+        if not is_reused(state, self._averaging.tiles, config):
             return None
-        pictures, ages, drifts = self._averaging.kept
+        (pictures, ages, drifts), own = self._averaging.kept, state.own
         return state._replace(pictures=pictures, ages=ages, drifts=drifts,
-                              own=state.own._replace(**result._asdict()))
+                              own=own._replace(since_search=own.since_search + 1))
 
     def keep(self, pool, labels, validity):
         """
