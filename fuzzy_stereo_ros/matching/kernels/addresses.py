@@ -88,9 +88,3 @@ def of_rank(values, number, rank):
         if rank < left:
             high = right
     return values[rank]
-
-
-@called
-def median(values, number):
-    """Return the middle one of the first values, of two the lower one; their order changes."""
-    return of_rank(values, number, max(np.int64(number) - 1, 0) // 2)

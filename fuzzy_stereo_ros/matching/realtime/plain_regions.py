@@ -78,15 +78,11 @@ class Texture:
             self.view.luminance, tuple(self.plain), self._offset, existing, tuple(self.bands),
             self._totals[band[0]], *band[1:])
 
-    def quantise(self, sums, band):
-        """Quantise a band of rows, once all are split; sums: of their sizes and counts."""
+    def quantise(self, band):
+        """Quantise a band of rows, once all are split."""
         clips = np.array([max(CLIP * size // max(count, 1), LEAST_CLIP)
-                          for size, count in sums], np.int64)
+                          for size, count in self._totals.sum(axis=0).tolist()], np.int64)
         plain_texture.quantise(self.bands.values, self.bands.written, clips, *band[1:])
-
-    def sums(self):
-        """Return sizes and counts of each band of texture: [[int, int]]."""
-        return self._totals.sum(axis=0).tolist()
 
 
 class PairRegions(NamedTuple):
@@ -237,18 +233,17 @@ class PlainRegions:
 
         def vote(band):
             for texture in (left, right):
-                texture.quantise(texture.sums(), band)
+                texture.quantise(band)
             votes, pieces = self._found.votes, self._pieces(band)
             kernels.sum_cells(pieces, half.labels, half.validity, votes.cells)
-            plain_texture.vote(pieces, left.bands.values, right.bands.values, votes.curves)
-            plain_texture.count_seen(
-                pieces, left.bands.values, right.bands.seen, votes.counts)
+            plain_texture.vote(pieces, left.bands.values, right.bands.values, right.bands.seen,
+                               votes.curves, votes.counts)
 
         def write(band):
             found, pieces = self._found, self._pieces(band)
-            kernels.write_planes(pieces, found.planes, half.labels, self._half_disparities - 1,
-                                 tuple(half.prior), self._disparities - 1)
-            kernels.write_certainty(pieces, found.certainty, half.certainty)
+            kernels.write_planes(
+                pieces, found.planes, found.certainty, half.labels, self._half_disparities - 1,
+                tuple(half.prior), self._disparities - 1, half.certainty)
         pool.each(partial(self._if_found, vote), bands)
         pool.each(partial(self._if_found, lambda nearest: judge(
             self._found, self._disparities, nearest)), [self._nearest])

@@ -10,7 +10,7 @@ them is decided in realtime/plain_regions.py.
 """
 from typing import NamedTuple
 
-from fuzzy_stereo_ros.matching.kernels.addresses import median
+from fuzzy_stereo_ros.matching.kernels.addresses import of_rank
 from fuzzy_stereo_ros.matching.kernels.compiled import called, inlined, kernel
 from fuzzy_stereo_ros.matching.kernels.planes.plain_texture import BANDS, COUNTED
 from fuzzy_stereo_ros.matching.kernels.rows import copy_row
@@ -103,20 +103,22 @@ def sum_cells(pieces, labels, validity, cells):
 
 
 @kernel
-def write_planes(pieces, planes, half_labels, half_highest, prior, highest):
+def write_planes(pieces, planes, sure, half_labels, half_highest, prior, highest, certainty):
     """
-    Write planes into a half-size map, (r, c), and into the prior of the full search.
+    Write planes into a half-size map, (r, c), and the prior of the full search, and a certainty.
 
     planes: float64 (cells, 3), of half-size x and y and full disparity, NaN where none is taken;
-    prior: labels and weights, (R, C); half_highest, highest: the last labels of both
+    sure: uint8 (cells,), written to certainty, uint8 (R, C); prior: labels and weights, (R, C);
+    half_highest, highest: the last labels of both
     """
     labels, weights = prior
     for piece in range(len(pieces)):
+        row, first, last = (np.int64(pieces[piece, 1]), np.int64(pieces[piece, 2]),
+                            np.int64(pieces[piece, 3]))
+        certainty[2 * row:2 * row + 2, 2 * first:2 * last] = sure[pieces[piece, 0]]
         slope, fall, offset = planes[pieces[piece, 0]]
         if np.isnan(slope):
             continue
-        row, first, last = (np.int64(pieces[piece, 1]), np.int64(pieces[piece, 2]),
-                            np.int64(pieces[piece, 3]))
         step = np.int64(slope * 2**15)      # a full pixel, in 1 / 2**16
         for lower in range(2):
             label = np.int64(2**16 * (
@@ -130,13 +132,6 @@ def write_planes(pieces, planes, half_labels, half_highest, prior, highest):
         for column in range(first, last):
             half_labels[row, column] = min(max(label >> 16, 0), half_highest)
             label += step
-
-
-@kernel
-def write_certainty(pieces, sure, certainty):
-    """Write into a map, uint8 (R, C), how sure each cell is: uint8 (cells,)."""
-    for place, row, first, last in pieces:
-        certainty[2 * row:2 * row + 2, 2 * first:2 * last] = sure[place]
 
 
 @inlined
@@ -339,7 +334,7 @@ def by_chance(weighted, places, others):
         for place in range(number):
             square += (around[place] - mean)**2
         found[sample] = np.sqrt(square / number)
-    return median(found, others.size) + 1e-6
+    return of_rank(found, others.size, max(others.size - 1, 0) // 2) + 1e-6
 
 
 @kernel(allocates=True)

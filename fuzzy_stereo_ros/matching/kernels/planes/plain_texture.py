@@ -255,15 +255,17 @@ def quantise(bands, written, clips, first, last):
 
 
 @kernel
-def vote(pieces, left, right, curves):
+def vote(pieces, left, right, seen, curves, counts):
     """
-    Sum the products of the bands of pieces with those of all candidates, cell by cell.
+    Sum the products of the bands of pieces with those of all candidates, and count what is seen.
 
     pieces: of list_pieces; left, right: the values of both TextureBands, the right one mirrored;
-    curves: of Votes
+    seen: of the right one; curves, counts: of Votes
     """
-    labels, (rows, stride), base = curves.shape[2], right.shape[1:], _candidate(left)
+    labels, (rows, stride) = curves.shape[2], right.shape[1:]
+    base = left.shape[2] - LANES - COLUMNS_AROUND - 1       # the candidate of column 0, label 0
     sums, source = curves.view(np.uint16).reshape(-1), right.view(np.uint16).reshape(-1)
+    numbers, flags = counts.view(np.uint16).reshape(-1), seen.reshape(-1)
     for piece in range(len(pieces)):
         place, row = np.int64(pieces[piece, 0]), np.int64(pieces[piece, 1])
         first, last = 2 * np.int64(pieces[piece, 2]), 2 * np.int64(pieces[piece, 3])
@@ -277,26 +279,10 @@ def vote(pieces, left, right, curves):
                     products = add(products, multiply(
                         splat(np.uint16(line[column])), load(source, candidate - column)))
                 store(sums, sum_at, products)
-
-
-@inlined
-def _candidate(left):
-    """Return the index of the candidate of column 0 for label 0; left: as in vote."""
-    return left.shape[2] - LANES - COLUMNS_AROUND - 1
-
-
-@kernel
-def count_seen(pieces, left, seen, counts):
-    """Count the candidates that are seen, in COUNTED-th rows; seen: of the right TextureBands."""
-    labels, stride, base = counts.shape[1], seen.shape[1], _candidate(left)
-    numbers, flags = counts.view(np.uint16).reshape(-1), seen.reshape(-1)
-    for piece in range(len(pieces)):
-        place, row = np.int64(pieces[piece, 0]), np.int64(pieces[piece, 1])
         if row % COUNTED == 0:
             for block in range(0, labels, LANES):
                 candidate = row * stride + base + block
                 known = load(numbers, place * labels + block)
-                for column in range(2 * np.int64(pieces[piece, 2]),
-                                    2 * np.int64(pieces[piece, 3])):
+                for column in range(first, last):
                     known = subtract(known, load(flags, candidate - column))
                 store(numbers, place * labels + block, known)
