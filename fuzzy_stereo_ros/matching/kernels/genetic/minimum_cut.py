@@ -9,8 +9,9 @@ cut.
 
 The flow is found after Boykov and Kolmogorov, An experimental comparison of min-cut/max-flow
 algorithms for energy minimization in vision, 2004. A node is its place in a grid with a border;
-direction d leads to the node at `offsets[d]`, and d ^ 1 back. Capacities are symmetric at first:
-int32 (nodes, D).
+direction d leads to the node at `offsets[d]`, and d ^ 1 back. A network of N nodes is the offsets,
+int64 (D,); capacity, int32 (N, D), what still fits, symmetric at first, 0 out of the nodes that
+take part; and supply, int32 (N,), what comes from the source, below 0 goes to the sink.
 """
 from typing import NamedTuple
 
@@ -22,14 +23,6 @@ ROOT, ORPHAN = 8, 9                 # parents that are no directions
 _FAR = 2**30
 
 
-class Network(NamedTuple):
-    """N nodes in a grid with a border, and what still fits between them."""
-
-    offsets: np.ndarray      # int64 (D,)
-    capacity: np.ndarray     # int32 (N, D), 0 out of the nodes that take part
-    supply: np.ndarray       # int32 (N,), what comes from the source, below 0 goes to the sink
-
-
 class Trees(NamedTuple):
     """What is known of each node while the trees of the source and of the sink grow."""
 
@@ -37,13 +30,6 @@ class Trees(NamedTuple):
     parent: np.ndarray       # int8 (N,), a direction, ROOT or ORPHAN
     stamp: np.ndarray        # int32 (N,), when `distance` was found
     distance: np.ndarray     # int32 (N,), nodes to the root
-
-
-class Active(NamedTuple):
-    """The nodes from which trees may grow."""
-
-    queue: np.ndarray        # int32 (> n,), a ring buffer
-    waiting: np.ndarray      # bool (N,), whether a node is in it
 
 
 @inlined
@@ -134,11 +120,13 @@ def _distance_to_root(offsets, trees, node, now):
 
 
 @called
-def _adopt(network, trees, now, active, end, orphans, begin):
+def _adopt(network, trees, now, queue, waiting, end, orphans, begin):
     """
-    Find new parents for the orphans, or free them; return the new end of the active nodes.
+    Find new parents for the orphans, or free them; return the new end of the queue.
 
-    begin: place of the first orphan in their ring; the last one lies before place 0
+    queue: int32 (> n,), ring buffer of the nodes from which trees may grow; waiting: bool (N,),
+    which are in it; begin: place of the first orphan in their ring; the last one lies before
+    place 0
     """
     stop = np.int64(0)
     offsets, capacity, _ = network
@@ -163,10 +151,9 @@ def _adopt(network, trees, now, active, end, orphans, begin):
             other = node + offsets[direction]
             if tree[other] != side:
                 continue
-            if (not active.waiting[other]
-                    and _fits(capacity, node, other, direction, side) > 0):
-                active.waiting[other] = True
-                end = _append(active.queue, end, other)
+            if not waiting[other] and _fits(capacity, node, other, direction, side) > 0:
+                waiting[other] = True
+                end = _append(queue, end, other)
             if parent[other] == direction ^ 1:
                 parent[other] = ORPHAN
                 stop = _append(orphans, stop, other)
@@ -222,12 +209,10 @@ def maximum_flow(nodes, network, trees):
 
     nodes: int32 (n,), those that take part
     """
-    network, trees = Network(*network), Trees(*trees)
-    offsets, capacity, supply = network
+    trees, (offsets, capacity, supply) = Trees(*trees), network
     tree, parent, stamp, distance = trees
     queue, orphans = np.empty(nodes.size + 1, np.int32), np.empty(nodes.size + 1, np.int32)
     waiting = np.zeros(tree.size, np.bool_)
-    active = Active(queue, waiting)
     _gather(nodes, network)
     begin = end = 0
     for place in range(nodes.size):
@@ -272,5 +257,4 @@ def maximum_flow(nodes, network, trees):
         capacity[sink, across ^ 1] += flow
         first = _push(network, parent, source, flow, orphans, 0)
         first = _push(network, parent, sink, -flow, orphans, first)
-        end = _adopt(network, trees, now, active, end, orphans, first)
-    return now
+        end = _adopt(network, trees, now, queue, waiting, end, orphans, first)
