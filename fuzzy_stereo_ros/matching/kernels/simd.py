@@ -230,14 +230,6 @@ def total(typing, vector):
     return generated(types.int64(VECTOR[16]), generate)
 
 
-def _lowest_set_bit(builder, bits):
-    """Return the index of the lowest set bit as a number of 64 bits."""
-    kind, index = bits.type, ir.IntType(64)
-    found = llvm_call(builder, f'llvm.cttz.i{kind.width}', kind, [bits, ir.IntType(1)(0)])
-    return (found if kind.width == 64 else builder.zext(found, index) if kind.width < 64
-            else builder.trunc(found, index))
-
-
 @intrinsic
 def equal_bits(typing, a, b):
     """Return a uint32 with a bit set for each equal lane."""
@@ -248,7 +240,9 @@ def equal_bits(typing, a, b):
 @intrinsic
 def first_set(typing, bits):
     """Return the index of the lowest set bit of a uint32 or uint64; their size for 0."""
-    return generated(types.intp(bits), lambda builder, word: _lowest_set_bit(builder, word))
+    return generated(types.intp(bits), lambda builder, word: builder.zext(llvm_call(
+        builder, f'llvm.cttz.i{bits.bitwidth}', word.type, [word, ir.IntType(1)(0)]),
+        ir.IntType(64)))
 
 
 @intrinsic
