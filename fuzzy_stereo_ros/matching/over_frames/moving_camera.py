@@ -215,7 +215,7 @@ class MovingCamera:
                            validity[:2 * rows:2, :2 * columns:2].copy())
 
     def kernel_motion(self, matrix):
-        """Return the fields of the `Motion` by a matrix (3, 4), as kernels take them."""
+        """Return the motion by a matrix (3, 4), as kernels take it, see warp.py."""
         return tuple(matrix.ravel().tolist()), self.lowest
 
     def _full_size(self, cells):

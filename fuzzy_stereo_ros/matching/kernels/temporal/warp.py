@@ -5,10 +5,8 @@ Warp a map by the motion of the camera, compare the census of a point in two fra
 
 Maps lie on the half grid: cell (r, c) is the pixel (2 r, 2 c). A matrix P (3, 4) is a tuple of 12
 numbers: P (column, row, 1, d) = s (column', row', 1) of the other frame, and d' = d / s. Labels
-are disparities minus `lowest`.
+are disparities minus `lowest`. A motion is such a matrix, and the lowest, px.
 """
-from typing import NamedTuple
-
 from fuzzy_stereo_ros.matching.kernels.compiled import inlined, kernel
 from fuzzy_stereo_ros.matching.kernels.rows import copy_row
 from fuzzy_stereo_ros.matching.kernels.simd import count_bits_of_word
@@ -26,13 +24,6 @@ CENSUS_SIDE = 3     # cells of a side of the square in which distances of census
 UNLIKE = 10 * CENSUS_SIDE**2
 LIKELIER = 4        # by which its sum must be below that of the half map where they differ
 AGREEING, FLAT = 3, 3   # labels by which they may differ; largest range of labels in 3 x 3 cells
-
-
-class Motion(NamedTuple):
-    """The motion of the camera between two frames."""
-
-    matrix: tuple        # 12 numbers
-    lowest: float        # px, disparity of label 0
 
 
 @inlined
@@ -95,8 +86,8 @@ def pack_census(census, packed, first, last):
 @inlined
 def _place_before(label, motion, row, column, rows, columns):
     """Return the pixel, row * columns + column, that showed the point of a cell; or -1."""
-    across, down, nearness = _seen_from(motion.matrix, column, row,
-                                        np.float64(label) + motion.lowest)
+    matrix, lowest = motion
+    across, down, nearness = _seen_from(matrix, column, row, np.float64(label) + lowest)
     inside = (nearness > 0.0) & (across > -0.5) & (across < columns - 0.5) & (down > -0.5) & (
         down < rows - 0.5)
     return np.int64(down + 0.5) * columns + np.int64(across + 0.5) if inside else np.int64(-1)
@@ -112,8 +103,7 @@ def census_distances(moved, half, motion, census, distances, first, last):
     before, uint32 (R, C), of pack_census; distances: uint8 (2, r, c), by the moved label, and by
     that of the half map, of which near ones count as equal.
     """
-    motion, (now, before) = Motion(*motion), census
-    rows, columns = before.shape
+    (now, before), (rows, columns) = census, census[1].shape
     then = before.reshape(-1)       # an array handed to an inlined function is counted each time
     for row in range(first, last):
         for column in range(moved.shape[1]):
