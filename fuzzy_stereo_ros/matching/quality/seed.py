@@ -107,7 +107,7 @@ class ScanlineSeed:
         for child in CHILDREN:
             if not self._search(child, parent, surface, start.weak, in_time):
                 return start
-            validity = consistency_of(pool, found.labels, found.target, labels, inside)
+            validity = consistency_of(pool, found.labels, found.target, inside)
             if not children:
                 trust = np.where(validity == INVALID, np.float32(UNTRUSTED_SHARE), np.float32(1))
             children.append(dense(pool, np.clip(
@@ -178,11 +178,11 @@ def weak_texture(luminance):
     return np.exp(cv2.blur(steps, (6, 3)) / np.float32(-4 * WEAK_TEXTURE))
 
 
-def consistency_of(pool, labels, target, disparities, target_range):
+def consistency_of(pool, labels, target, target_range):
     """Return the validity of labels, int16 (R, C), by the target; target_range: its columns."""
     validity = np.empty(labels.shape, np.uint8)
     pool.each(lambda band: consistency.check_consistency(
-        labels, target, disparities, target_range, validity, *band[1:]), cut_bands(len(labels)))
+        labels, target, target_range, validity, *band[1:]), cut_bands(len(labels)))
     return validity
 
 

@@ -12,6 +12,7 @@ from fuzzy_stereo_ros.matching.bands import SHORT
 from fuzzy_stereo_ros.matching.crossover import Exchange
 from fuzzy_stereo_ros.matching.kernels.genetic import gene_cost
 from fuzzy_stereo_ros.matching.kernels.genetic.exchange import differing_cells
+from fuzzy_stereo_ros.matching.kernels.possibility.costs import CENSUS_CUT, SLOPE_CUT
 import numpy as np
 
 SAMPLE_STEP = 16     # row step where a sample is enough
@@ -20,6 +21,8 @@ SAMPLE_STEP = 16     # row step where a sample is enough
 class CensusFitness:
     """Measures and crosses chromosomes of one image size; a cell costs at most `largest_cost`."""
 
+    largest_cost = CENSUS_CUT + SLOPE_CUT
+
     def __init__(self, possibility, validity, target):
         """Read from a `CensusPossibility`, the validity of pixels and the target's labels."""
         self._shape, self._possibility = validity.shape, possibility
@@ -27,11 +30,6 @@ class CensusFitness:
             possibility.left, possibility.right)), (validity, target, possibility.target_range[0]))
         self._costs = zeros(validity.shape, np.uint8)
         self._exchange = Exchange(*self._shape, neighbours=4)
-
-    @property
-    def largest_cost(self):
-        """What a cell of the pair costs at most."""
-        return self._possibility.model.largest
 
     def measure(self, pool, chromosome, every=SAMPLE_STEP, after=None):
         """

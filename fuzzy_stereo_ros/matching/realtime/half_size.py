@@ -81,11 +81,11 @@ class SmallSize:
         chain: a Chain; after: the stage of the search; fill, smooth: called with each band once it
         is filled, and once it is smoothed
         """
-        (labels, validity, chosen, disparities), rows = self.result[:4], len(self._filled)
+        (labels, validity, chosen), rows = self.result[:3], len(self._filled)
 
         def check(band):
-            check_consistency(chosen.labels, chosen.target, disparities, self._target_range,
-                              validity, band[1], band[2])
+            check_consistency(
+                chosen.labels, chosen.target, self._target_range, validity, band[1], band[2])
             self._speckles.find(chosen.labels, validity, 1, band)
 
         def fill_band(band):

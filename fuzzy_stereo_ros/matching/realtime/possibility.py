@@ -30,11 +30,6 @@ class Model(NamedTuple):
     jump_at_edge: int       # P2 where grey steps by GREY_EDGE or more
     least_step: int         # of a darker pixel in the census, more than so many 1/256 grey level
 
-    @property
-    def largest(self):
-        """The cost of the least possible match."""
-        return self.census_cut + self.slope_cut
-
 
 FULL_SIZE = Model(near_weight=2, census_cut=CENSUS_CUT, slope_cut=SLOPE_CUT, box=0, small=16,
                   jump=83, jump_at_edge=26, least_step=0)
@@ -104,7 +99,7 @@ class CensusPossibility:
         self.left = CensusPicture(rows, columns, False, 0)
         self.right = CensusPicture(rows, columns + extra, True, reach)
         self.features = Features(
-            columns, disparities, model.near_weight, model.census_cut, model.slope_cut,
+            columns, model.near_weight, model.census_cut, model.slope_cut,
             *(address_of(plane) for view in (self.left, self.right)
               for plane in (view.census, view.slopes)),
             self.left.census.shape[2], self.left.slopes.shape[1], self.right.census.shape[2])

@@ -106,8 +106,8 @@ class Refinement:
         bands = chain.parts(len(labels))
 
         def check_band(band):
-            check_consistency(labels, chosen.target, self._disparities, self._target_range,
-                              self.validity, *band[1:])
+            check_consistency(
+                labels, chosen.target, self._target_range, self.validity, *band[1:])
             if config.speckle_size > 1:
                 speckles.find(labels, self.validity, step, band)
         checked = chain.each(check_band, bands, after)

@@ -37,7 +37,7 @@ def test_validities_are_those_of_the_twin(kind, rows, columns, min_disparity, se
     np.put_along_axis(target, pointed, labels + random_map(shape, 5, seed + 1, int) - 2, axis=1)
     labels, target, validity = labels.astype(dtype), target.astype(np.uint8), np.full(
         shape, 9, np.uint8)
-    check_consistency(labels, target, limit, inside, validity, 0, rows)
+    check_consistency(labels, target, inside, validity, 0, rows)
     np.testing.assert_array_equal(validity, twins.validities(labels, target, inside))
 
 

@@ -23,7 +23,6 @@ class Features(NamedTuple):
     """The features that costs compare, by address; see features.py. The target's are mirrored."""
 
     columns: int
-    disparities: int
     near_weight: int              # how often the nearest eight neighbours count: once or twice
     census_cut: int
     slope_cut: int

@@ -12,7 +12,7 @@ import numpy as np
 
 
 @kernel
-def check_consistency(labels, target, disparities, target_range, validity, first, last):
+def check_consistency(labels, target, target_range, validity, first, last):
     """
     Compare the label of each pixel with that of the target pixel that it points at.
 
