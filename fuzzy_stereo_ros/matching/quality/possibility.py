@@ -88,28 +88,23 @@ class SupportPossibility:
         edges = sorted({columns * part // COLUMN_PARTS for part in range(COLUMN_PARTS + 1)})
         self._parts = list(zip(edges, edges[1:]))
 
-    def set_pair(self, left, right):
-        """Set two (colour, luminance), the right one `moved`."""
-        self._colour = left[0]
-        self._luminance = left[1], right[1]
-        self._left.read_colour(left[0])
-        self._right.read_colour(right[0])
-
-    def fill(self, pool, surface=None):
+    def fill(self, pool, left, right, surface=None):
         """
-        Fill the costs; surface: float32 (R, C), px, of a parent, None for those of single pixels.
+        Fill the costs; left, right: (colour, luminance), the right one `moved`.
 
-        Supports keep to the level of the surface.
+        Supports keep to the level of a parent's surface, float32 (R, C), px; None for the costs of
+        single pixels.
         """
-        for picture, luminance in zip((self._left, self._right), self._luminance):
-            picture.read_census(luminance, self._bands, pool)
+        for features, (colour, luminance) in zip((self._left, self._right), (left, right)):
+            features.read_colour(colour)
+            features.read_census(luminance, self._bands, pool)
         pool.each(lambda band: kernels.fill_costs(
             self._left.features, self._right.features, WEIGHTS, self.disparities,
             self._first_inside, self.costs, *band[1:]), self._bands)
         if surface is None:
             return
         pool.each(lambda band: kernels.fill_arms(
-            self._colour, surface, self._arms, band[1], band[2]), self._bands)
+            left[0], surface, self._arms, band[1], band[2]), self._bands)
         for _ in range(ROUNDS):
             pool.each(lambda band: kernels.mean_over_rows(
                 self.costs, self._arms, band[1], band[2]), self._bands)

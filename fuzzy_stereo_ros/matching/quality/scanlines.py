@@ -78,31 +78,15 @@ class SurfaceScanlines:
 
 
 class Strip(NamedTuple):
-    """Rows first to last - 1 of an image, and those around it: begin to end - 1."""
+    """Some rows of an image, and those that are in memory for them."""
 
-    first: int
-    last: int
-    begin: int
-    end: int
-
-    @property
-    def here(self):
-        """The rows of the strip among those that are in memory."""
-        return slice(self.first - self.begin, self.last - self.begin)
-
-    @property
-    def rows(self):
-        """The rows of the strip."""
-        return slice(self.first, self.last)
-
-    @property
-    def around(self):
-        """The rows that are in memory."""
-        return slice(self.begin, self.end)
+    rows: slice
+    around: slice        # with those around them
+    here: slice          # the rows of the strip among these
 
 
 def cut_strips(rows, costs_a_row, reach, most=MOST_COSTS):
-    """Return the fewest `Strip`s with `reach` rows around that fit, of one height in memory."""
+    """Return the fewest `Strip`s with `reach` rows around that fit, and their height in memory."""
     for count in range(1, rows + 1):
         inner = -(-rows // count)
         height = min(inner + 2 * reach, rows)
@@ -110,9 +94,10 @@ def cut_strips(rows, costs_a_row, reach, most=MOST_COSTS):
             break
     strips = []
     for first in range(0, rows, inner):
-        begin = min(max(first - reach, 0), rows - height)
-        strips.append(Strip(first, min(first + inner, rows), begin, begin + height))
-    return strips
+        begin, last = min(max(first - reach, 0), rows - height), min(first + inner, rows)
+        strips.append(Strip(slice(first, last), slice(begin, begin + height),
+                            slice(first - begin, last - begin)))
+    return strips, height
 
 
 class ScanlineStrips:
@@ -127,8 +112,7 @@ class ScanlineStrips:
     def __init__(self, rows, columns, disparities, lowest):
         """Allocate for images of a size and a range of disparities from `lowest` on."""
         reach = OVERLAP + LONGEST * ROUNDS
-        self.strips = cut_strips(rows, columns * padded(disparities), reach)
-        height = self.strips[0].end - self.strips[0].begin
+        self.strips, height = cut_strips(rows, columns * padded(disparities), reach)
         self._disparities = disparities
         self._possibility = SupportPossibility(height, columns, disparities, lowest)
         self._scanlines = SurfaceScanlines(self._possibility.costs.shape)
@@ -140,18 +124,17 @@ class ScanlineStrips:
         self.steps = np.zeros((2, *shape), np.uint8)
 
     def set_pair(self, left, right, surface):
-        """Set a pair and its parent's surface, see `set_pair` and `fill` of SupportPossibility."""
+        """Set a pair and its parent's surface, see `SupportPossibility.fill`."""
         self._pair, self._surface, self._strip = (left, right), surface, None
 
     def fill(self, pool, strip):
         """Return the costs of a strip and the rows around it, uint16: see SupportPossibility."""
         if self._strip != strip:
             self._strip = strip
-            self._possibility.set_pair(
-                *(tuple(part[strip.around] for part in image) for image in self._pair))
-            self._scanlines.set_colour(self._pair[0][0][strip.around])
-            self.steps[:, strip.rows] = self._scanlines.steps[::2, strip.here][:2]
-            self._possibility.fill(pool, self._surface[strip.around])
+            left, right = (tuple(part[strip.around] for part in image) for image in self._pair)
+            self._scanlines.set_colour(left[0])
+            self.steps[:, strip.rows] = self._scanlines.steps[::2, strip.here]
+            self._possibility.fill(pool, left, right, self._surface[strip.around])
         return self._possibility.costs
 
     def search(self, pool, strip, prior, small, parent, steepest):
@@ -167,17 +150,15 @@ class ScanlineStrips:
 
 
 def pixel_costs(pool, left, right, disparities, lowest):
-    """Return costs without supports: uint8 (R, C, labels); see SupportPossibility.set_pair."""
+    """Return costs without supports: uint8 (R, C, labels); see `SupportPossibility.fill`."""
     rows, columns = left[1].shape
     labels = padded(disparities)
     volume = np.empty((rows, columns, labels), np.uint8)
-    strips = cut_strips(rows, columns * labels, PIXEL_REACH, MOST_PIXEL_COSTS)
-    possibility = SupportPossibility(
-        strips[0].end - strips[0].begin, columns, disparities, lowest)
+    strips, height = cut_strips(rows, columns * labels, PIXEL_REACH, MOST_PIXEL_COSTS)
+    possibility = SupportPossibility(height, columns, disparities, lowest)
     for strip in strips:
-        possibility.set_pair(
-            *(tuple(part[strip.around] for part in image) for image in (left, right)))
-        possibility.fill(pool)
+        possibility.fill(
+            pool, *(tuple(part[strip.around] for part in image) for image in (left, right)))
         costs, kept = possibility.costs[strip.here], volume[strip.rows]
 
         def keep(band, costs=costs, kept=kept):

@@ -114,7 +114,7 @@ class ScanlineSeed:
                 found.labels + found.offsets, 0, labels - 1), validity, start.colour))
         costs = [np.empty_like(surface) for _ in children]
         for strip in found.strips:
-            measure(pool, found.fill(pool, strip)[strip.here], strip.first, labels, trust,
+            measure(pool, found.fill(pool, strip)[strip.here], strip.rows.start, labels, trust,
                     children, costs)
         weights = WEIGHTS[found.steps]
         for other, its_costs in zip(children[1:], costs[1:]):

@@ -226,10 +226,11 @@ def test_views_are_compared_where_they_meet():
 
 @given(st.integers(1, 900), st.integers(1, 60), st.integers(1, 50000))
 def test_strips_cover_all_rows_once_with_rows_around_them(rows, reach, most):
-    strips = cut_strips(rows, 10, reach, most)
-    assert [row for strip in strips for row in range(strip.first, strip.last)] == list(range(rows))
-    assert len({strip.end - strip.begin for strip in strips}) == 1
+    strips, height = cut_strips(rows, 10, reach, most)
+    all_rows = range(rows)
+    assert [row for strip in strips for row in all_rows[strip.rows]] == list(all_rows)
     for strip in strips:
-        assert strip.begin <= max(strip.first - reach, 0)
-        assert strip.end >= min(strip.last + reach, rows)
-        assert strip.begin >= 0 and strip.end <= rows
+        around = all_rows[strip.around]
+        assert len(around) == height and around[strip.here] == all_rows[strip.rows]
+        assert around[0] <= max(strip.rows.start - reach, 0)
+        assert around[-1] + 1 >= min(strip.rows.stop + reach, rows)
