@@ -102,8 +102,8 @@ class Selection:
         """Return the parts, for the threads of a chain, of the rows and the columns of tiles."""
         return [chain.parts(side * SIDE, SIDE, 2) for side in self._tiles]
 
-    def _select(self, chain, after=None):
-        """Add the stages of the selection to a chain and return their mark, see `Chain.each`."""
+    def select(self, chain, after=None):
+        """Select, in `chosen`; chain: a Chain, whose mark is returned; after: a stage of it."""
         features = tuple(self._possibility.features)
         for kernel, parts in zip((selection.sum_across, selection.select_down),
                                  self._parts(chain)):
@@ -127,10 +127,6 @@ class AllLabels(Selection):
         self.counts[:] = possibility.disparities
         self._addresses = self._addresses_of(0, 0, address_of(self._genes))
         self._place()
-
-    def select(self, chain, after=None):
-        """Select, in `chosen`; chain: a Chain, whose mark is returned; after: a stage of it."""
-        return self._select(chain, after)
 
 
 class InheritedGenes(Selection):
@@ -172,7 +168,7 @@ class InheritedGenes(Selection):
                        *_tiles_of(part))
         chain.each(listed, self._parts(chain)[0])
         chain.each(lambda half_prior: self._place(half_prior, prior), [half.prior])
-        return self._select(chain)
+        return super().select(chain)
 
     def origin_of_genes(self):
         """
