@@ -193,14 +193,9 @@ class Chain:
         before has the same bands, once that is done with the item's own band and so many below.
         """
         before, number = len(self._calls), len(items)
-        if reach is None:
-            return self._add(work, items, [before if after is None else after] * number)
-        return self._add(work, items, [
-            max(before - max(number - index - 1 - reach, 0), 0) for index in range(number)])
-
-    def _add(self, work, items, needs):
+        self._needs += [before if after is None else after] * number if reach is None else [
+            max(before - max(number - index - 1 - reach, 0), 0) for index in range(number)]
         self._calls += [(work, item) for item in items]
-        self._needs += needs
         return len(self._calls)
 
     def run(self):
