@@ -118,16 +118,14 @@ class Averaging:
         self._shift, self._size = PictureShift(rows, columns), (rows, columns)
         self._offset = offset
         self._alike = np.zeros(shape, np.float32)
-        self.ages_of_both = np.ones(shape, np.float32)
+        self.ages_of_both = np.zeros(shape, np.float32)
         sizes = {'differences': (2, MEASURES), 'ages_then': (2,), 'drifts_then': (2, 2),
                  'drifts': (2,)}
         kinds = {'choices': np.int8}
         self._both = ViewTiles(*(
             np.zeros((2, *sizes.get(name, ()), *shape), kinds.get(name, np.float32))
             for name in ViewTiles._fields))
-        self._both.choices[:], self._both.ages[:] = -1, 1
         self.tiles = [ViewTiles(*(values[side] for values in self._both)) for side in range(2)]
-        self.noise, self.pictures, self.share = 0.0, None, 0.0
         self.shifts = np.zeros((2, 2, 2), np.int64)
 
     @property

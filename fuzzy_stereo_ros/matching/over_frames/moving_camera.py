@@ -120,10 +120,10 @@ class MovingCamera:
     """
     The previous frame moved to this one, of one image size.
 
-    description: how the camera moved, '' where no camera is given; motion: the `CameraMotion`,
-    None where the camera was not followed; lowest: px, the disparity of label 0; offset: px, of
-    the principal points; moved: float32 (r, c), labels of cells, and source: int32 (r, c), where
-    they were, see warp.move_labels; bands: of rows of cells
+    known: whether a camera is given; description: how it moved, '' where it is not known; motion:
+    the `CameraMotion`, None where the camera was not followed; lowest: px, the disparity of label
+    0; offset: px, of the principal points; moved: float32 (r, c), labels of cells, and source:
+    int32 (r, c), where they were, see warp.move_labels; bands: of rows of cells
     """
 
     def __init__(self, rows, columns, min_disparity):
@@ -143,8 +143,8 @@ class MovingCamera:
         camera: a `Camera`, or None; half_grey: uint8 (r, c), the left image at half size; share:
         of its tiles that are unchanged: where most are, nothing has to be moved
         """
-        self._pool, self._camera, self.motion, self.description = pool, camera, None, ''
-        self._half_grey = half_grey
+        self.known, self.motion, self.description = camera is not None, None, ''
+        self._pool, self._half_grey = pool, half_grey
         if camera is None or previous is None or not previous.camera.half_grey.size:
             return False
         if share >= STILL:
@@ -196,11 +196,6 @@ class MovingCamera:
                               borderMode=cv2.BORDER_CONSTANT)
             ages[side] = _ages_at(previous.ages[side], across, down)
         return pictures, ages, colours
-
-    @property
-    def known(self):
-        """Whether a camera is given."""
-        return self._camera is not None
 
     def state(self, cells, validity):
         """

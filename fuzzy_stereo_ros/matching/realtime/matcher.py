@@ -125,7 +125,6 @@ class RealtimeMatcher:
         views.read(chain, left, right, previous)
         if previous is None and self._config.warm_start:
             warm.average(chain, None, views)
-        views.estimate(chain)
         chain.run()
         if previous is not None:
             warm.average(pool, previous, views)

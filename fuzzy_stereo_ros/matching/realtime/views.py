@@ -80,7 +80,7 @@ class Views:
 
     def read(self, pool, left, right, previous=None):
         """
-        Read a pair; `estimate` the noise then.
+        Read a pair, and estimate its noise.
 
         The right image is moved by the smallest disparity: to the right while it is read, to the
         left into a wider view, so that no column is lost.
@@ -103,23 +103,15 @@ class Views:
                 noise.measure(view, halved, first, last)
             self._smoothing.measure(self.pictures, unit, band)
 
-        pool.each(read, pool.parts(full.rows, PART))
-
-    def estimate(self, pool):
-        """Estimate the noise of a pair that was read; pool: a ThreadPool, or a Chain."""
         def estimate(noise):
             self.noise = noise.level
+        pool.each(read, pool.parts(full.rows, PART))
         pool.each(estimate, self.noises[:1])
 
     @property
     def pictures(self):
         """The left and the right view as they were read, which averaging and smoothing change."""
         return self.full.left, self._right
-
-    @property
-    def half_grey(self):
-        """The left view in grey at half size, as it was read: uint8 (r, c)."""
-        return self.half.left.grey[:, :self.half.columns]
 
     def smooth(self, pool):
         """Smooth the pair where JPEG or a blurred lens needs it, and match it as JPEG needs it."""

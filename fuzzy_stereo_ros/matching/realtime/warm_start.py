@@ -118,7 +118,8 @@ class WarmStart:
 
         camera: a `Camera` that may have moved, or None
         """
-        self._moving.follow(pool, state, camera, views.half_grey, self._averaging.share)
+        half_grey = views.half.left.grey[:, :views.half.columns]
+        self._moving.follow(pool, state, camera, half_grey, self._averaging.share)
         if self._moving.average_warped(self._averaging, views.pictures, views.noise > NOISY,
                                        state) is not None:
             self._strengths[:] = 0      # the previous map is not in place

@@ -122,7 +122,6 @@ def test_evidence_is_that_of_the_twin(size, min_disparity):
     pair = wall(size=size, noise=0.7)
     views = Views(MatcherConfig(disparities=DISPARITIES, min_disparity=min_disparity), *size)
     views.read(POOL, *pair[:2])
-    views.estimate(POOL)
     views.smooth(POOL)
     views.describe(POOL)
     plain = PlainRegions(views, min_disparity)
