@@ -82,11 +82,8 @@ class StereoMatcher:
         previous = self._previous(shape, stamp)
         frame = previous.frame + 1 if previous is not None and stamp is None else 0
         match, state = algorithm.match(
-            left, aligned,
-            previous and previous._replace(config=searched(previous.config, shape[1])),
-            Random((self.config.seed, frame if stamp is None else stamp)),
-            Budget(self.config.generations, self.config.deadline_ms, started), observe,
-            camera)
+            left, aligned, previous, Random((self.config.seed, frame if stamp is None else stamp)),
+            Budget(self.config.generations, self.config.deadline_ms, started), observe, camera)
         self.state = state and state._replace(stamp=stamp, frame=frame, config=self.config)
         match = reject_beyond(algorithm.pool, self.config, wider.disparities, match)
         match.times['rows'] = align_ms
@@ -142,7 +139,7 @@ class StereoMatcher:
         if (self.state is None or not self.config.warm_start
                 or not self.state.fits(shape, self.config, stamp)):
             return None
-        return self.state.before(stamp)
+        return self.state.before(stamp)._replace(config=searched(self.state.config, shape[1]))
 
     def _algorithm_of(self, shape, config):
         """Return the algorithm for an image size, by a config; a new one when the size changes."""
