@@ -52,7 +52,10 @@ def search_range(pairs, threads=0):
     What they show has a reserve, and is widened as the PlausibilityCheck proposes of any of them.
     0 is in the range, which then reaches to infinity, where no farther disparity is seen.
     """
-    first, count = with_reserve(seen_disparities(pairs, threads))
+    first, count = MatcherConfig.min_disparity, MatcherConfig.disparities
+    if seen := seen_disparities(pairs, threads):
+        low, high = seen
+        first, count = range_from(low if low < -2 * UNSURE else 0, RESERVE * high)
     for _ in range(WIDENED):
         config = MatcherConfig(
             min_disparity=first, disparities=count, warm_start=False, threads=threads)
@@ -65,14 +68,6 @@ def search_range(pairs, threads=0):
             break
         first, count = wider
     return first, count
-
-
-def with_reserve(seen):
-    """Return (min_disparity, disparities) for seen ones; None: the defaults."""
-    if seen is None:
-        return MatcherConfig.min_disparity, MatcherConfig.disparities
-    low, high = seen
-    return range_from(low if low < -2 * UNSURE else 0, RESERVE * high)
 
 
 def range_from(low, high):

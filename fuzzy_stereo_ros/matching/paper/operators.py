@@ -75,11 +75,6 @@ def elite_size(population):
     return max(round(ELITE * population), 1)
 
 
-def rank_survival(number):
-    """Return the probability to become a parent by rank: 1 of the fittest, 1 / n less a rank."""
-    return 1.0 - np.arange(number) / number
-
-
 def survivors(survival, draws):
     """Return the ranks, two at least, whose survival exceeds the draw: both float64 (n,)."""
     chosen = np.flatnonzero(survival > draws)
@@ -99,7 +94,8 @@ def select(tools, population, random):
     retained = ranked[:elite_size(ranked.size)]
     children = ranked[retained.size:] if ranked.size > 1 else ranked
     draws = random.child(0).uniform(retained.size)
-    candidates = retained[survivors(rank_survival(retained.size), draws)]
+    survival = 1.0 - np.arange(retained.size) / retained.size      # by rank
+    candidates = retained[survivors(survival, draws)]
     pairs = random.child(1).uniform(2 * children.size).reshape(2, -1)
     population.lineage = Lineage(children, parent_pairs(candidates, *pairs))
     population.generation += 1

@@ -96,11 +96,6 @@ def gradient_table():
     return np.rint(FULL * exact).astype(np.uint8)
 
 
-def very_possible_table():
-    """Return the square of each possibility: Zadeh's hedge "very"; uint8 (256,), 255ths."""
-    return np.rint(FULL * (np.arange(256) / FULL)**2).astype(np.uint8)
-
-
 def class_levels(luminance):
     """Return levels of grey and both gradients of unrounded luminance, uint16: uint8 (3, R, C)."""
     grey = np.float32(1 / 256) * luminance
@@ -170,7 +165,8 @@ class UniformPossibility:
         self._disparities = config.disparities
         gradient = gradient_table()
         self._tables = np.stack([possibility_table(), gradient, gradient])
-        self._very = very_possible_table()
+        # Zadeh's "very", of each possibility
+        self._very = np.rint(FULL * (np.arange(256) / FULL)**2).astype(np.uint8)
         # none beyond LEAST_UNIFORM
         self._weights = np.outer(nearness(config.neighbourhood),
                                  np.append(uniform_membership(), np.float32(0)))

@@ -209,10 +209,6 @@ class RealtimeMatcher:
         """Return which parent the genes selected in the last pair are from: uint8 (R, C)."""
         return self._generation.origin_of_genes()
 
-    def fitness_of(self, chromosome):
-        """Return the fitness of a chromosome on the last pair, measured on every row."""
-        return self._fitness.measure(self.pool, chromosome, every=1)[0]
-
     @property
     def noise(self):
         """The noise that averaging left in the last pair: grey levels, standard deviation."""

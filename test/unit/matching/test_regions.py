@@ -262,9 +262,10 @@ def in_texture(fill=True, **options):
 
 def test_an_accepted_mutation_gains_fitness_and_no_confidence():
     (without, _), (matcher, match) = in_texture(mutation=NotMutated), in_texture()
-    fitness_of = matcher.algorithm.fitness_of
     before, after = (one.algorithm.population.genes[0].astype(int) for one in (without, matcher))
-    gained = fitness_of(after) - fitness_of(before)
+    worse, better = (matcher.algorithm._fitness.measure(POOL, genes, every=1)[0]
+                     for genes in (before, after))
+    gained = better - worse
     assert gained > 0
     assert match.history[0].gains['planes'] == pytest.approx(gained, abs=1e-12)
     changed = abs(after - before) > 1
