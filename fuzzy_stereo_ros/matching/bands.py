@@ -174,7 +174,9 @@ class Chain:
     """
     Stages that threads run in one call of `ThreadPool.run`, and so wait less for each other.
 
-    A stage that calls `each` of a chain, in the place of a pool's, is run later.
+    A stage that calls `each` of a chain, in the place of a pool's, is run later. So methods take
+    either as `pool`, or a Chain alone as `chain`; the mark that some return is that of their last
+    stage, and their first one begins once the stage `after` is done.
 
     threads, parts: those of the pool
     """

@@ -35,8 +35,8 @@ class CensusFitness:
         """
         Return the fitness of a chromosome: 1 where all is fully possible and smooth, else lower.
 
-        pool: a ThreadPool, or a Chain, which writes it; every: row step of the sample; gains of
-        crossover are exact; after: a stage of the chain, see `Chain.each`
+        It is written once a Chain has run. every: row step of the sample; gains of crossover are
+        exact
         """
         (rows, columns), costs = self._shape, self._costs
         bands, number = pool.parts(rows), -(-rows // every) * columns

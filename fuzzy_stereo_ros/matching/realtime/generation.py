@@ -103,7 +103,7 @@ class Selection:
         return [chain.parts(side * SIDE, SIDE, 2) for side in self._tiles]
 
     def select(self, chain, after=None):
-        """Select, in `chosen`; chain: a Chain, whose mark is returned; after: a stage of it."""
+        """Select, in `chosen`."""
         features = tuple(self._possibility.features)
         for kernel, parts in zip((selection.sum_across, selection.select_down),
                                  self._parts(chain)):
@@ -152,9 +152,8 @@ class InheritedGenes(Selection):
         """
         Select the genes of the cells, in `chosen`.
 
-        chain: a Chain, whose mark of this stage is returned; half: the `SmallResult` of half the
-        size; previous: the `Parent` of the previous best, None where there is none; prior: its
-        `Prior`
+        half: the `SmallResult` of half the size; previous: the `Parent` of the previous best, None
+        where there is none; prior: its `Prior`
         """
         smooth = (parent_of(half.labels, cell=2, scale=2) if half.prior is None
                   else parent_of(half.prior.labels))

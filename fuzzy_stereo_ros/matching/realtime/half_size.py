@@ -64,11 +64,7 @@ class SmallSize:
         self.result = SmallResult(labels, validity, self._selection.chosen, own.disparities)
 
     def search(self, chain, after=None):
-        """
-        Search the labels of the pair that the possibilities were filled with.
-
-        chain: a Chain, whose mark of this stage is returned; after: a stage of it
-        """
+        """Search the labels of the pair that the possibilities were filled with."""
         if self._smaller is None:
             return self._selection.select(chain, after)
         self._smaller.finish(chain, self._smaller.search(chain, after))
@@ -78,8 +74,7 @@ class SmallSize:
         """
         Complete the `result` of a search.
 
-        chain: a Chain; after: the stage of the search; fill, smooth: called with each band once it
-        is filled, and once it is smoothed
+        fill, smooth: called with each band once it is filled, and once it is smoothed
         """
         (labels, validity, chosen), rows = self.result[:3], len(self._filled)
 
@@ -128,8 +123,7 @@ class HalfSize(SmallSize):
         """
         Return the `SmallResult` of a search.
 
-        chain: a Chain, which completes the result; grey: uint8, full left; noise: of it, grey
-        levels, standard deviation, which is no texture; after: the stage of the search
+        grey: uint8, full left; noise: of it, grey levels, standard deviation, which is no texture
         """
         limit = int(hypot(WEAK_TEXTURE, NOISY_STEPS * noise))
         labels, validity, chosen, _, prior, certainty = self.result

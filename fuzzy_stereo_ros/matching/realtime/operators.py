@@ -44,14 +44,13 @@ class Population:
         """
         Fill the inconsistent cells with background genes of their rows.
 
-        chain: a Chain, whose mark of this stage is returned; labels: (R, C); validity: uint8
-        (R, C), which of them are consistent
+        labels: (R, C); validity: uint8 (R, C), which of them are consistent
         """
         return chain.each(lambda band: filling.fill_rows(
             labels, validity, self.genes[0], *band[1:]), chain.parts(len(labels)))
 
     def measure(self, chain, after=None):
-        """Measure the fitness; chain: a Chain; after: a stage of it."""
+        """Measure the fitness."""
         self.fitness = self._measure.measure(chain, self.genes[0], after=after)
         self.converged = False
 
@@ -76,11 +75,9 @@ class GreyRegions:
 
     def grow(self, pool, luminance, weak, after=None):
         """
-        Grow the regions of a picture.
+        Grow the regions of a half-size picture.
 
-        pool: a ThreadPool, or a Chain, whose mark of this stage is returned; luminance: uint16, a
-        picture with a margin; weak: uint8 (r, c or more), where regions may lie; after: a stage of
-        the chain
+        luminance: uint16, with a margin; weak: uint8 (r, c or more), where regions may lie
         """
         bands = pool.parts(len(self.regions[1]), each=SHORT)
 
@@ -121,20 +118,15 @@ class WeakRegions:
         return {'planes': self}
 
     def grow(self, chain, luminance, weak, after):
-        """
-        Grow the regions of a picture.
-
-        chain: a Chain; luminance: uint16, the half-size picture with a margin; weak: uint8 (r, c),
-        where texture is weak; after: a stage of the chain
-        """
+        """Grow the regions of a picture, where texture is weak, see `GreyRegions.grow`."""
         self._regions.grow(chain, luminance, weak, after)
 
     def mutate(self, chain, chosen, validity, parent, random, after):
         """
         Write a chromosome whose regions lie in planes of their matches.
 
-        chain: a Chain; chosen: the `SearchResult`; validity: uint8 (R, C), which of its labels are
-        consistent; parent: (R, C) labels, the other genes; after: the stage that writes validity
+        chosen: the `SearchResult`; validity: uint8 (R, C), which of its labels are consistent;
+        parent: (R, C) labels, the other genes; after: the stage that writes validity
         """
         matches = chosen.labels, chosen.offsets, validity
         regions, bands = self._regions.regions, chain.parts(len(validity), each=SHORT)

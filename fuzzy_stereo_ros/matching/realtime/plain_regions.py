@@ -201,19 +201,14 @@ class PlainRegions:
         self._found = None
 
     def find(self, pool):
-        """Find the plain regions of the left view; pool: a Chain, whose mark is returned."""
+        """Find the plain regions of the left view."""
         left = self._left
         pool.each(lambda band: left.mark(*band[1:]), self._parts(pool, SHORT))
         self._regions.grow(pool, left.half.luminance, left.plain.mask)
         return pool.each(self._list, [self._cells])
 
     def split(self, pool, after=None):
-        """
-        Split the texture of both views into bands.
-
-        pool: a ThreadPool, or a Chain, whose mark of this stage is returned; after: the stage that
-        finds the regions
-        """
+        """Split the texture of both views into bands, after the regions are found."""
         right = self._right
 
         def split(band):
@@ -226,8 +221,7 @@ class PlainRegions:
         """
         Give the plain regions, once texture is split, the planes that they vote for.
 
-        pool: a ThreadPool, or a Chain; half: the `SmallResult`, whose labels, prior of the full
-        search and certainty are written
+        half: the `SmallResult`, whose labels, prior of the full search and certainty are written
         """
         left, right, bands = self._left, self._right, self._parts(pool, SHORT)
 

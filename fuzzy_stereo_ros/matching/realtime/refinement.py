@@ -97,11 +97,7 @@ class Refinement:
         return self._fine[:, :self._labels.shape[1]]
 
     def check(self, chain, chosen, config, after):
-        """
-        Write the validity of a `SearchResult`: left-right consistency, and no speckles.
-
-        chain: a Chain, whose mark of this stage is returned; after: a stage of it
-        """
+        """Write the validity of a `SearchResult`: left-right consistency, and no speckles."""
         labels, step, speckles = chosen.labels, config.speckle_range, self._speckles
         bands = chain.parts(len(labels))
 

@@ -85,8 +85,8 @@ class Views:
         The right image is moved by the smallest disparity: to the right while it is read, to the
         left into a wider view, so that no column is lost.
 
-        pool: a ThreadPool, or a Chain; left, right: uint8 or uint16 (R, C) or (R, C, 3); previous:
-        the FrameState of the previous frame, or None
+        left, right: uint8 or uint16 (R, C) or (R, C, 3); previous: the FrameState of the previous
+        frame, or None
         """
         full, half, shift = self.full, self.half, self._shift
         left_shift = self.left_shift = luminance_shift(
@@ -122,7 +122,7 @@ class Views:
                       else FULL_SIZE)
 
     def describe(self, pool):
-        """Write the features of the pair; pool: or a Chain, whose mark of this is returned."""
+        """Write the features of the pair."""
         sizes, full, shift = (self.full, *self.small), self.full, self._shift
         noise = max(self.noise, COMPRESSED if self._smoothing.compressed else 0.0)
         tolerance = max(0.0, SPREAD * (min(noise, LOUDEST) - UNSEEN))

@@ -253,7 +253,7 @@ class WarmStart:
         """
         Copy the best chromosome for the next frame, once its match is made.
 
-        pool: a ThreadPool, or a Chain; labels: (R, C); validity: uint8 (R, C), of them
+        labels: (R, C); validity: uint8 (R, C), of them
         """
         self._kept = np.empty_like(labels), np.empty_like(validity)
 

@@ -169,9 +169,8 @@ def sum_groups(votes, places, totals, seen, squares):
     """
     Sum the cells of each region by columns of cells, in as many groups as `totals` has, in turn.
 
-    votes: the fields of Votes; places: of number_cells; totals: int32 (regions, groups, BANDS,
-    labels), seen: int32 (regions, labels), squares: int64 (regions, groups, BANDS), of the sums of
-    single cells, all 0 at first
+    totals: int32 (regions, groups, BANDS, labels), seen: int32 (regions, labels), squares: int64
+    (regions, groups, BANDS), of the sums of single cells, all 0 at first
     """
     curves, counts, _ = votes
     groups, labels = totals.shape[1], totals.shape[3]

@@ -209,8 +209,6 @@ def sum_across(features, found, tiles, scratch, first, last):
     Write the costs of the rows of tiles first .. last - 1, and the sums of the paths along them.
 
     Both are transposed in their place while paths move along rows: so they stay in the cache.
-
-    features, found, tiles, scratch: the fields of Features, Found, Tiles and Scratch
     """
     features, found, tiles = Features(*features), Found(*found), Tiles(*tiles)
     scratch, kind, columns = Scratch(*scratch), splat(np.uint8(0)), features.columns
@@ -320,11 +318,7 @@ def _write_labels(found, at, end, width, low, high, spare):
 
 @kernel
 def select_down(features, found, tiles, scratch, first, last):
-    """
-    Add the vertical paths of the columns of tiles first .. last - 1 to the sums, and select.
-
-    features, found, tiles, scratch: the fields of Features, Found, Tiles and Scratch
-    """
+    """Add the vertical paths of the columns of tiles first .. last - 1 to the sums, and select."""
     features, found, tiles = Features(*features), Found(*found), Tiles(*tiles)
     scratch, kind, columns = Scratch(*scratch), splat(np.uint8(0)), features.columns
     for column in range(first, last):
@@ -368,8 +362,8 @@ def select_of_target(found, scratch, columns, target, target_columns, first, las
     """
     Select the labels of the target's rows first .. last - 1, once those of the pixels are.
 
-    found, scratch: the fields of Found and Scratch; columns, target_columns: of a row of the
-    pixels, of the target; target: address, see SearchResult
+    columns, target_columns: of a row of the pixels, of the target; target: address, see
+    SearchResult
     """
     found, scratch = Found(*found), Scratch(*scratch)
     for row in range(first, last):
