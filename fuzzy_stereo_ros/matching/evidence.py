@@ -8,16 +8,14 @@ shows nothing: a covered lens, a burnt-out window. There the windows around the 
 match hold noise alone, or are clipped, and noise does not correlate. Windows with a clear signal
 are left to the search: near a depth edge even right matches correlate little.
 """
-import cv2
 from fuzzy_stereo_ros.matching.arrays import zeros
 from fuzzy_stereo_ros.matching.kernels.refinement.consistency import (
-    BLOCK, reject_unseen, sum_blocks, SUMS)
+    BLOCK, judge_blocks, reject_unseen, sum_blocks, SUMS)
 import numpy as np
 
 LEAST_CORRELATION = 0.27  # of 3 x 3 blocks; noise that a search has matched reaches .25
 SIGNAL = 3.0         # times the noise, standard deviation, above which a window shows a signal
 UNSEEN = 0.14        # grey levels at half size, standard deviation: of rounding
-GREY_LEVEL = 256     # of luminance
 HALVED = 0.5         # share of the noise of a picture that is left at half size
 
 
@@ -41,17 +39,8 @@ class Evidence:
         """Decide of which blocks the pair shows something, once all are added up."""
         if not self._seen.size:     # of one row or column nothing is left at half size
             return
-        around = cv2.boxFilter(
-            self._sums, -1, (3, 3), normalize=False, borderType=cv2.BORDER_CONSTANT)
-        sums = np.ascontiguousarray(around.transpose(2, 0, 1))
-        totals, squares, products, pixels = sums[:2], sums[2:4], sums[4], sums[5]
-        variances = (np.maximum(squares - totals * totals / pixels, 0) / pixels / GREY_LEVEL**2
-                     + UNSEEN**2)
-        common = (products - totals[0] * totals[1] / pixels) / pixels / GREY_LEVEL**2
-        clear = [variance > SIGNAL**2 * ((HALVED * noise.level)**2 + UNSEEN**2)
-                 for variance, noise in zip(variances, self._noises)]
-        self._seen[:] = (clear[0] & clear[1]) | (
-            common > LEAST_CORRELATION * np.sqrt(variances[0] * variances[1]))
+        clear = [SIGNAL**2 * ((HALVED * noise.level)**2 + UNSEEN**2) for noise in self._noises]
+        judge_blocks(self._sums, (*clear, UNSEEN**2), LEAST_CORRELATION, self._seen)
 
     def reject(self, validity, weights, first, last):
         """Reject rows of validity, uint8 (R, C), without evidence, but where weights are VOTED."""

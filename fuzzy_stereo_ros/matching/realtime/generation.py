@@ -44,6 +44,20 @@ def parent_of(labels, validity=None, cell=1, scale=1, grow=0, choices=None, shif
                   grow, choices, TILE, *shift)
 
 
+class Squares:
+    """Memory for the costs and the sums of the genes of all tiles; image sizes take turns."""
+
+    def __init__(self):
+        """Hold none."""
+        self._memory = np.empty((2, 0), np.uint8)
+
+    def addresses(self, needed):
+        """Return the addresses of costs and sums, of as many bytes each."""
+        if self._memory.shape[1] < needed:
+            self._memory = zeros((2, needed + needed // SPARE), np.uint8)
+        return tuple(map(address_of, self._memory))
+
+
 class Selection:
     """
     The choice among genes of the tiles of one image size: memory, and what is selected.
@@ -53,9 +67,9 @@ class Selection:
     chosen: a `SearchResult`, which the next pair overwrites; counts: int64 (tiles,), genes of each
     """
 
-    def __init__(self, possibility, most):
-        """Allocate for the size of a `CensusPossibility` and so many genes of a tile."""
-        self._possibility = possibility
+    def __init__(self, possibility, squares, most):
+        """Allocate for a `CensusPossibility`; squares: `Squares`; most: genes of a tile."""
+        self._possibility, self._squares = possibility, squares
         rows, columns = possibility.rows, possibility.columns
         self.chosen = SearchResult(
             zeros((rows, columns), gene_type(possibility.disparities)),
@@ -72,7 +86,6 @@ class Selection:
         self._memory = [zeros(ends[-1], np.uint8) for _ in range(MOST_PARTS)]
         self._scratch = [tuple(Scratch(*(address_of(memory) + start for start in (0, *ends[:-1]))))
                          for memory in self._memory]
-        self._squares = np.empty((2, 0), np.uint8)
         penalties = possibility.penalties
         self._fixed = Found(
             rows, penalties.small, possibility.model.box, *map(address_of, penalties[1:]),
@@ -87,16 +100,12 @@ class Selection:
     def _place(self, half=None, previous=None):
         """Have memory for the genes counted; half, previous: the priors, see `Found`."""
         (SIDE * stride_of(self.counts)).cumsum(out=self._places[1:])
-        if self._squares.shape[1] < self._places[-1]:
-            needed = int(self._places[-1])
-            self._squares = zeros((2, needed + needed // SPARE), np.uint8)
-            costs, sums = map(address_of, self._squares)
-            self._fixed = self._fixed._replace(costs=costs, sums=sums)
+        costs, sums = self._squares.addresses(int(self._places[-1]))
         (labels, weights), (others, other_weights) = (
             map(address_of, prior or self._no_prior) for prior in (half, previous))
         self._found = tuple(self._fixed._replace(
-            half_labels=labels, half_weights=weights, previous_labels=others,
-            previous_weights=other_weights))
+            costs=costs, sums=sums, half_labels=labels, half_weights=weights,
+            previous_labels=others, previous_weights=other_weights))
 
     def _parts(self, chain):
         """Return the parts, for the threads of a chain, of the rows and the columns of tiles."""
@@ -120,26 +129,31 @@ class Selection:
 class AllLabels(Selection):
     """The selection among all labels: what the smallest size begins with."""
 
-    def __init__(self, possibility):
-        """Allocate for the size of a `CensusPossibility`."""
-        super().__init__(possibility, possibility.disparities)
+    def __init__(self, possibility, squares):
+        """Allocate for the size of a `CensusPossibility`; squares: `Squares`."""
+        super().__init__(possibility, squares, possibility.disparities)
         self._genes = np.arange(possibility.disparities, dtype=np.uint16)
         self.counts[:] = possibility.disparities
         self._addresses = self._addresses_of(0, 0, address_of(self._genes))
         self._place()
 
+    def select(self, chain, after=None):
+        """Select, in `chosen`."""
+        self._place()       # larger sizes may have had the squares moved
+        return super().select(chain, after)
+
 
 class InheritedGenes(Selection):
     """The selection among the genes of parents; genes, origins: see `Tiles`."""
 
-    def __init__(self, possibility, few=False, mutation=1, grow=GROW):
+    def __init__(self, possibility, squares, few=False, mutation=1, grow=GROW):
         """
-        Allocate for the size of a `CensusPossibility`.
+        Allocate for the size of a `CensusPossibility`; squares: `Squares`.
 
         few: whether a tile inherits of the chromosome of half the size only what it has there,
         smoothed; mutation: by how much genes are changed; grow: px around a tile
         """
-        super().__init__(possibility, MOST_GENES)
+        super().__init__(possibility, squares, MOST_GENES)
         self._few, self._grow = few, grow
         self.genes, self.origins = (zeros((len(self.counts), MOST_GENES), kind)
                                     for kind in (np.uint16, np.uint8))

@@ -52,11 +52,12 @@ class SmallResult(NamedTuple):
 class SmallSize:
     """The search of one of the smaller sizes and its memory."""
 
-    def __init__(self, possibilities):
-        """possibilities: the `CensusPossibility` of this size, and of each smaller one."""
+    def __init__(self, possibilities, squares):
+        """possibilities: a `CensusPossibility` of this and smaller sizes; squares: `Squares`."""
         own, *smaller = possibilities
-        self._smaller = SmallSize(smaller) if smaller else None
-        self._selection = InheritedGenes(own, grow=GROW) if smaller else AllLabels(own)
+        self._smaller = SmallSize(smaller, squares) if smaller else None
+        self._selection = (InheritedGenes(own, squares, grow=GROW) if smaller
+                           else AllLabels(own, squares))
         self._target_range, shape = own.target_range, (own.rows, own.columns)
         validity = zeros(shape, np.uint8)
         labels, self._filled = (zeros(shape, gene_type(own.disparities)) for _ in range(2))
@@ -105,13 +106,14 @@ class HalfSize(SmallSize):
     weak: uint8 (R / 2, C / 2), where texture is weak, after a search
     """
 
-    def __init__(self, possibilities, rows, columns, disparities):
+    def __init__(self, possibilities, squares, rows, columns, disparities):
         """
         Allocate for full images of a size and a number of disparities.
 
-        possibilities: the `CensusPossibility` of half-size images, and of each smaller size
+        possibilities: the `CensusPossibility` of half-size images, and of each smaller size;
+        squares: `Squares`
         """
-        super().__init__(possibilities)
+        super().__init__(possibilities, squares)
         self.weak, self._smooth = (zeros(self._filled.shape, np.uint8) for _ in range(2))
         self._steps = zeros(self._filled.shape, np.uint16)
         certainty = zeros((rows, columns), np.uint8)

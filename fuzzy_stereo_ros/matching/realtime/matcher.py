@@ -18,7 +18,7 @@ from fuzzy_stereo_ros.matching.evidence import Evidence
 from fuzzy_stereo_ros.matching.evolution import Durations, evolve, Random, Stopwatch
 from fuzzy_stereo_ros.matching.match import Match
 from fuzzy_stereo_ros.matching.realtime.fitness import CensusFitness
-from fuzzy_stereo_ros.matching.realtime.generation import InheritedGenes
+from fuzzy_stereo_ros.matching.realtime.generation import InheritedGenes, Squares
 from fuzzy_stereo_ros.matching.realtime.half_size import HalfSize
 from fuzzy_stereo_ros.matching.realtime.operators import NotMutated, Population, WeakRegions
 from fuzzy_stereo_ros.matching.realtime.plain_regions import PlainRegions
@@ -35,8 +35,8 @@ class Stages(NamedTuple):
     """
     The stages that can be exchanged, as the ablation does (bench/variants.py).
 
-    generation: called with the `CensusPossibility` of full images, returns what selects the
-    chromosome at full size, see InheritedGenes
+    generation: called with the `CensusPossibility` of full images and `Squares`, returns what
+    selects the chromosome at full size, see InheritedGenes
     previous_best: called as `WarmStart.previous_best`, returns the previous best as a parent, and
     as a prior
     vote: called with the `Views` and the smallest disparity, returns the mutation of plain regions
@@ -72,8 +72,9 @@ class RealtimeMatcher:
         self._views = Views(config, rows, columns)
         full = self._views.full
         self._plain_regions = self._stages.vote(self._views, config.min_disparity)
-        self._generation = self._stages.generation(full)
-        self._half_size = HalfSize(self._views.small, rows, columns, config.disparities)
+        squares = Squares()
+        self._generation = self._stages.generation(full, squares)
+        self._half_size = HalfSize(self._views.small, squares, rows, columns, config.disparities)
         self._warm_start = WarmStart(rows, columns, config.disparities, config.min_disparity)
         labels_type = self._generation.chosen.labels.dtype
         self._refinement = Refinement(full, labels_type, config.planes)

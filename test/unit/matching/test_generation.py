@@ -16,7 +16,7 @@ from fuzzy_stereo_ros.matching.kernels.temporal.change_detection import TILE
 from fuzzy_stereo_ros.matching.kernels.units import INVALID
 from fuzzy_stereo_ros.matching.over_frames.pictures import luminance_shift
 from fuzzy_stereo_ros.matching.realtime.generation import (
-    AllLabels, gene_type, GROW, InheritedGenes, parent_of)
+    AllLabels, gene_type, GROW, InheritedGenes, parent_of, Squares)
 from fuzzy_stereo_ros.matching.realtime.half_size import (
     FLAT, GROW as GROW_SMALL, HalfSize, NOISY_STEPS, SPECKLE, WEAK_TEXTURE)
 from fuzzy_stereo_ros.matching.realtime.possibility import (
@@ -74,8 +74,8 @@ def test_any_size_range_and_parents_are_those_of_the_twin(
         before = (labels_of(size, 4, disparities, of_before), random_map(size, 3, seed + 9), cell,
                   1, 0, choices.astype(np.int8) if cell == 1 else None, TILE, shift)
         parents.append((PREVIOUS, before))
-    generation, chain = InheritedGenes(possibility, few, mutation), Chain(ThreadPool(1))
-    for memory in (*generation._memory, generation._squares):
+    generation, chain = InheritedGenes(possibility, Squares(), few, mutation), Chain(ThreadPool(1))
+    for memory in (*generation._memory, generation._squares._memory):
         memory[:] = 255 * (seed % 2)        # of the generation before nothing counts
     generation.select(
         chain, SimpleNamespace(
@@ -114,7 +114,7 @@ def test_any_size_range_and_parents_are_those_of_the_twin(
 def test_pixels_of_any_labels_compete_for_the_target_as_those_of_the_twin_do(
         columns, disparities, min_disparity, classes, seed):
     possibility = seen(*small_pair(2, columns, min(3, columns - 1)), disparities, min_disparity)
-    search, random = AllLabels(possibility), np.random.default_rng(seed)
+    search, random = AllLabels(possibility, Squares()), np.random.default_rng(seed)
     labels, _, sums, _, target = search.chosen
     labels[:] = random.integers(0, disparities, labels.shape)
     sums[:] = 255 - random.integers(0, classes, sums.shape) * 255 // classes
@@ -220,13 +220,13 @@ def test_the_half_size_chromosome_is_put_together_as_by_the_twins(
         size.describe(0, size.rows)
         larger = [size.left, size.right]
         possibilities.append(size)
-    half_size, pool = HalfSize(possibilities, *shape, disparities), ThreadPool(threads)
+    half_size, pool = HalfSize(possibilities, Squares(), *shape, disparities), ThreadPool(threads)
     smallest = half_size
     while smallest._smaller:
         smallest = smallest._smaller
     search = smallest._selection
     # none is read before it is written
-    for memory in (*search._memory, search._squares):
+    for memory in (*search._memory, search._squares._memory):
         memory[:] = np.random.default_rng(1).integers(0, 256, memory.shape)
     half_size.search(pool)
     half = half_size.complete(pool, grey, NOISE)

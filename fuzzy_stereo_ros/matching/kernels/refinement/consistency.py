@@ -220,6 +220,7 @@ def reject_small(validity, smallest, runs, first, last):
 BLOCK = 4       # half-size pixels of a side of the blocks
 DARK, BRIGHT = 1, 2     # ends at which a pixel is clipped
 DARKEST, BRIGHTEST = 0, 254 * 256   # luminance up to and from which it is
+GREY_LEVEL = 256    # of luminance
 SUMS = 6        # of a block: left, right, left squared, right squared, left times right, pixels
 
 
@@ -259,6 +260,34 @@ def sum_blocks(labels, left, right, shift, sums, clipped, first, last):
                 of_block[3] += right_squares
                 of_block[4] += products
                 of_block[5] += end - BLOCK * block
+
+
+@kernel
+def judge_blocks(sums, clear, correlated, seen):
+    """
+    Write of which blocks the two views show something, by the sums of 3 x 3 blocks around.
+
+    sums: see sum_blocks; clear: variances of both views, grey levels squared, above which a window
+    shows a signal, each without that of rounding, which is the third; correlated: least
+    correlation of what is noise; seen: uint8 (block rows, block columns), 0 or 1
+    """
+    rows, columns = seen.shape
+    left_clear, right_clear, rounding = clear
+    for row in range(rows):
+        for column in range(columns):
+            lefts = rights = squares = right_squares = products = pixels = 0.0
+            for near in range(max(row - 1, 0), min(row + 2, rows)):
+                for beside in range(max(column - 1, 0), min(column + 2, columns)):
+                    block = sums[near, beside]
+                    lefts, rights = lefts + block[0], rights + block[1]
+                    squares, right_squares = squares + block[2], right_squares + block[3]
+                    products, pixels = products + block[4], pixels + block[5]
+            scale = pixels * GREY_LEVEL**2
+            left = max(squares - lefts * lefts / pixels, 0) / scale + rounding
+            right = max(right_squares - rights * rights / pixels, 0) / scale + rounding
+            common = (products - lefts * rights / pixels) / scale
+            seen[row, column] = ((left > left_clear) & (right > right_clear)
+                                 | (common > correlated * np.sqrt(left * right)))
 
 
 @kernel(allocates=True)

@@ -12,8 +12,8 @@ from fuzzy_stereo_ros.matching.kernels.addresses import next_byte
 from fuzzy_stereo_ros.matching.kernels.compiled import called, inlined, kernel
 from fuzzy_stereo_ros.matching.kernels.rows import copy_row, pad_row
 from fuzzy_stereo_ros.matching.kernels.simd import (
-    absolute_difference, at_most, bit_and, bit_or, choose, equal_bits, LANES, less, load, maximum,
-    minimum, shift_right, splat_like, store, subtract)
+    absolute_difference, add, at_most, bit_and, bit_or, choose, equal_bits, LANES, less, load,
+    maximum, minimum, saturating_subtract, shift_right, splat_like, store, subtract)
 from fuzzy_stereo_ros.matching.kernels.units import INVALID
 import numpy as np
 
@@ -71,18 +71,20 @@ def pad_map(values, columns, padded, first, last):
 @called
 def _median(drops, count, span, bits):
     """Return the median of `count` drops, at most `span`, bit by bit; the other drops are 0."""
-    half = shift_right(count, 1)
-    zero = splat_like(count, 0)
+    limit = subtract(splat_like(count, MEDIAN_NEIGHBOURS), shift_right(count, 1))
+    # A pixel counts itself, which LLVM does not know: else it compares by masks, half as fast.
+    zero, one = splat_like(count, 0), minimum(count, splat_like(count, 1))
     result = zero
     for place in range(bits - 1, -1, -1):
         bit = splat_like(count, 1 << place)
         if equal_bits(less(span, bit), zero) == 0:
             continue
         candidate = bit_or(result, bit)
-        reaching = zero
+        below = zero
         for neighbour in range(MEDIAN_NEIGHBOURS):
-            reaching = subtract(reaching, at_most(candidate, load(drops, LANES * neighbour)))
-        result = choose(less(half, reaching), candidate, result)
+            drop = load(drops, LANES * neighbour)
+            below = add(below, minimum(saturating_subtract(candidate, drop), one))
+        result = choose(less(below, limit), candidate, result)
     return result
 
 
