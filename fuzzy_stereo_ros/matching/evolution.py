@@ -79,7 +79,11 @@ class Budget:
 
 
 class Durations:
-    """How long operators take, so that none starts that would end after the deadline."""
+    """
+    How long operators take, so that none starts that would end after the deadline.
+
+    One that is left out takes no time: after some frames it is tried again.
+    """
 
     def __init__(self):
         self._expected = {}
@@ -112,7 +116,7 @@ class Generation:
 
 def evolve(population, operators, random, budget, observe=None, durations=None):
     """
-    Run generations until the population has converged or the budget is spent.
+    Run generations until the population has converged, the budget is spent or an operator is late.
 
     Returns the history: a `Generation` for each that ran.
 
@@ -122,12 +126,15 @@ def evolve(population, operators, random, budget, observe=None, durations=None):
     the next one overwrites
     durations: the `Durations` of earlier runs; with them no operator starts that would end late
     """
-    history, number = [], 1
-    while budget.allows(number) and not population.converged:
+    history, number, late = [], 1, False
+    while budget.allows(number) and not population.converged and not late:
         started = time.perf_counter_ns()
         gains = {}
         for name, operator in operators.items():
-            if not budget.in_time(durations[name] if durations is not None else 0.0):
+            late = not budget.in_time(durations[name] if durations is not None else 0.0)
+            if late:
+                if durations is not None:
+                    durations.record(name, 0.0)     # else it would be left out for ever
                 break
             before, began = population.fitness[population.best], time.perf_counter_ns()
             operator(population, random.child(number))

@@ -87,7 +87,7 @@ def luminance_shift(left, right, before=None):
             bits = max(*(int(image.max()) for image in images), 1).bit_length()
             while bits > 1 and few_use(bits, share):
                 bits -= 1
-        bits += spare
+        bits = min(bits + spare, 16)
         return 16 - (2 if left.ndim == 3 else 0) - (bits if deep or bits <= DARK_BITS else 8)
     needed = shift_for(BRIGHTER)
     if before is None or before >= needed or before < shift_for(BRIGHTER / 2, 1):

@@ -3,10 +3,11 @@
 """The loop, its budget, its history; and the deadline in each profile, by a clock of its own."""
 from dataclasses import replace
 import sys
+from unittest.mock import patch
 
 from fuzzy_stereo_ros.matching import (
     evolution, matcher as matcher_module, MatcherConfig, StereoMatcher)
-from fuzzy_stereo_ros.matching.evolution import Budget, evolve, Generation, Random
+from fuzzy_stereo_ros.matching.evolution import Budget, Durations, evolve, Generation, Random
 from fuzzy_stereo_ros.matching.matcher import ALGORITHMS
 from fuzzy_stereo_ros.synthetic.scenes import make_pair
 from hypothesis import given, strategies as st
@@ -44,6 +45,25 @@ def test_generations_are_counted_and_told_up_to_the_budget_or_until_all_are_alik
         assert row.best_fitness == 5 + row.number
         assert row.mean_fitness == pytest.approx((1 + 5 + row.number + 3) / 3)
         assert row.gains == {'step': 1.0, 'rest': 0.0}
+
+
+@given(st.integers(1, 60), st.integers(61, 900), st.integers(1, 9))
+def test_an_operator_left_out_ends_a_run_and_is_tried_again_after_some_frames(usual, slow, most):
+    """A frame takes up to 60 ms, and one of all frames far more."""
+    clock, durations, starts = Clock(), Durations(), []
+
+    def operator(population, _):
+        starts.append(clock.now_ms)
+        clock.now_ms += slow if len(starts) == 1 else usual
+
+    with patch.object(evolution, 'time', clock):
+        for frame in range(40):
+            begun, before = clock.now_ms, len(starts)
+            history = evolve(Climbers(1), {'step': operator}, Random((1,)),
+                             Budget(most, 61, clock.perf_counter_ns()), durations=durations)
+            run = len(starts) - before
+            assert len(history) <= run + 1 and (frame == 0 or clock.now_ms - begun <= 61)
+    assert run >= 1
 
 
 COMMON = {'disparities': 24, 'threads': 1, 'generations': 2, 'reference': 'left'}

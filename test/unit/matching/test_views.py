@@ -69,6 +69,15 @@ def test_a_dark_pair_is_brought_to_16_bits_but_for_few_bright_pixels(bright, pla
     assert luminance_shift(dark, lit) == luminance_shift(lit, dark) == places
 
 
+@given(st.lists(st.tuples(st.sampled_from([0, 3]), st.integers(0, 16)), min_size=2, max_size=6))
+def test_no_grey_pair_loses_bits_after_pairs_of_any_kind_and_brightness(pairs):
+    places = None
+    for channels, bits in pairs:
+        image = np.full((2, 3, 3)[:2 + (channels > 0)], 2**bits - 1, np.uint16)
+        places = luminance_shift(image, image, places)
+        assert places >= (-2 if channels else 0)
+
+
 @pytest.mark.parametrize('sigma', [1.0, 2.0, 4.0])
 def test_noise_is_found_to_a_tenth_on_a_picture_that_rises_slowly(sigma):
     grey = 60 + np.add.outer(np.arange(96) / 9, np.arange(160) / 7)
