@@ -86,9 +86,8 @@ class Refinement:
         fine_type = np.int16 if disparities < 2000 else np.int32
         self._fitted = zeros((rows, columns + 2 * subpixel.RADIUS + LANES), fine_type)
         self._fine = zeros((rows, columns + LANES), fine_type)
-        self._certain, self._around = (
-            zeros((rows, columns), dtype) for dtype in (np.uint16, np.int32))
-        self._agreeing = zeros((rows, columns), np.uint8)
+        self._certain, self._agreeing = (
+            zeros((rows, columns), dtype) for dtype in (np.uint16, np.uint8))
         self._rows = [zeros((2, columns + LANES), fine_type) for _ in range(MOST_PARTS)]
 
     @property
@@ -161,11 +160,10 @@ class Refinement:
             subpixel.fit(chosen.labels, chosen.offsets, self.final_validity, self._fitted, *rows)
             subpixel.certainty(chosen.sums, chosen.margins, margins_of_half,
                                self.final_validity, self._certain, *rows)
-            subpixel.sum_around(self._certain, self._around, *band[1:])
             subpixel.smooth_offsets(labels, self._fitted, *self._rows[band[0]], self._fine,
                                     self._agreeing, *band[1:])
             subpixel.write_out(
-                (self._fine, self._agreeing), self.final_validity, self._around, half.certainty,
+                (self._fine, self._agreeing), self.final_validity, self._certain, half.certainty,
                 bounds, disparity, confidence, *band[1:])
         # after the band below, too, in whose first rows it rejects pixels
         pool.each(write_band, pool.parts(len(labels)), reach=1)

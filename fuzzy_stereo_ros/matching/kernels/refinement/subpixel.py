@@ -141,30 +141,19 @@ def _add_row(certain, row, sign, sums):
         inside[column] += np.int32(sign) * np.int32(line[column])
 
 
-@kernel(allocates=True)
-def sum_around(certain, around, first, last):
-    """
-    Sum up the certainties of AROUND x AROUND pixels, reflected beyond the image.
-
-    certain: uint16 (R, C); around: int32 (R, C), of which some rows are written
-    """
-    columns, reach = certain.shape[1], AROUND // 2
-    sums = np.zeros(columns + 2 * reach, np.int32)
-    for row in range(first - reach, first + reach):
-        _add_row(certain, row, 1, sums)
-    for row in range(first, last):
-        _add_row(certain, row + reach, 1, sums)
-        for place in range(reach):
-            sums[place] = sums[reach + _reflected(place - reach, columns)]
-            behind = reach + columns + place
-            sums[behind] = sums[reach + _reflected(columns + place, columns)]
-        line = around[row]
-        for column in range(columns):
-            total = np.int32(0)
-            for place in range(AROUND):
-                total += sums[column + place]
-            line[column] = total
-        _add_row(certain, row - reach, -1, sums)
+@called
+def _sum_line(sums, columns, line):
+    """Write the sums of AROUND neighbours in a row of sums of columns, reflected beyond it."""
+    reach = AROUND // 2
+    for place in range(reach):
+        sums[place] = sums[reach + _reflected(place - reach, columns)]
+        behind = reach + columns + place
+        sums[behind] = sums[reach + _reflected(columns + place, columns)]
+    for column in range(columns):
+        total = np.int32(0)
+        for place in range(AROUND):
+            total += sums[column + place]
+        line[column] = total
 
 
 @kernel(allocates=True)
@@ -174,20 +163,27 @@ def write_out(fitted, validity, certain, limits, bounds, disparity, confidence, 
 
     A disparity that few neighbours found has less confidence: the surface ends there.
 
-    fitted: `fine` and `agreeing` of smooth_offsets; certain: int32 (R, C), certainties summed over
-    the pixels around; limits: uint8 (R, C), of the confidence, in 1 / 255;
-    bounds: lowest and highest disparity, px, and the confidence below which pixels are NaN, all
-    float32; disparity, confidence: float32 (R, C), written.
+    fitted: `fine` and `agreeing` of smooth_offsets; certain: uint16 (R, C), which counts as the
+    mean of AROUND x AROUND pixels, reflected beyond the image; limits: uint8 (R, C), of the
+    confidence, in 1 / 255; bounds: lowest and highest disparity, px, and the confidence below
+    which pixels are NaN, all float32; disparity, confidence: float32 (R, C), written.
     What is not consistent, points outside of the target, or has no certain pixel around, has
     confidence 0.
     """
     (fine, agreeing), (lowest, highest, threshold) = fitted, bounds
     # columns of the target that exist: those of the image, moved by the lowest disparity
     first_column, width = np.int32(STEPS * lowest - STEPS // 2), np.int32(STEPS * certain.shape[1])
-    shares = np.empty(certain.shape[1] + LANES, np.float32)
+    columns, reach = certain.shape[1], AROUND // 2
+    shares, of_area = np.empty(columns + LANES, np.float32), np.empty(columns, np.int32)
+    sums = np.zeros(columns + 2 * reach, np.int32)
+    for row in range(first - reach, first + reach):
+        _add_row(certain, row, 1, sums)
     for row in range(first, last):
-        of_area, agree, share = certain[row], agreeing[row], confidence[row]
-        limit, found, valid, pixels = limits[row], fine[row], validity[row], disparity[row]
+        _add_row(certain, row + reach, 1, sums)
+        _sum_line(sums, columns, of_area)
+        _add_row(certain, row - reach, -1, sums)
+        agree, share, limit, found = agreeing[row], confidence[row], limits[row], fine[row]
+        valid, pixels = validity[row], disparity[row]
         for column in range(share.size):    # one loop would have more arrays than LLVM compares
             pointed = np.int32(STEPS * np.int32(column) - first_column - np.int32(found[column]))
             enough = ((valid[column] == CONSISTENT) & (of_area[column] > 0)
