@@ -99,9 +99,9 @@ def gradient(grey):
     return slopes
 
 
-def jump_table(model):
-    """Return what a jump costs by the grey step: it falls in a line up to 20 grey levels."""
-    fall = math.ceil(256 * (model.jump - model.jump_at_edge) / 20)
+def jump_table(model, noise=0.0):
+    """Return what a jump costs by the grey step: it falls up to 20 grey levels, more in noise."""
+    fall = math.ceil(256 * (model.jump - model.jump_at_edge) / int(20 + 2 * noise))
     return np.array([max(model.jump - (min(step, 63) * fall // 256), model.jump_at_edge)
                      for step in range(256)])
 

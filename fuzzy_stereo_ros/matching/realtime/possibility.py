@@ -27,18 +27,19 @@ class Model(NamedTuple):
     box: int                # 0, or costs are sums of 3 x 3 pixels / 2**box
     small: int              # P1, a change of disparity by one
     jump: int               # P2, a jump, where grey is flat
-    jump_at_edge: int       # P2 where grey steps by GREY_EDGE or more
+    jump_at_edge: int       # P2 where grey steps by GREY_EDGE or more, and NOISY_EDGE times noise
     least_step: int         # of a darker pixel in the census, more than so many 1/256 grey level
 
 
 FULL_SIZE = Model(near_weight=2, census_cut=CENSUS_CUT, slope_cut=SLOPE_CUT, box=0, small=16,
-                  jump=83, jump_at_edge=26, least_step=0)
+                  jump=83, jump_at_edge=16, least_step=0)
 # Of pictures that JPEG quantised, and quantised coarsely: smaller steps are those of its blocks.
 JPEG_SIZE = FULL_SIZE._replace(least_step=128)
 COARSE_SIZE = FULL_SIZE._replace(least_step=320, jump=104)
-HALF_SIZE = Model(near_weight=1, census_cut=10, slope_cut=4, box=2, small=22, jump=105,
-                  jump_at_edge=34, least_step=0)
+HALF_SIZE = Model(near_weight=1, census_cut=10, slope_cut=4, box=2, small=18, jump=105,
+                  jump_at_edge=28, least_step=0)
 GREY_EDGE = 20      # grey levels of 8 bits
+NOISY_EDGE = 2      # times the noise, standard deviation: its steps are no edges
 SMALLEST = 64       # by which the sides of the smallest views are divided at most
 
 
@@ -116,14 +117,14 @@ class CensusPossibility:
         self.left.denoise(tolerance, first, last)
         self.right.denoise(tolerance, first, last)
 
-    def describe(self, first, last):
-        """Fill the features of some rows, once both views are denoised."""
+    def describe(self, first, last, noise=0.0):
+        """Fill the features of some rows, once both views are denoised; noise: grey levels."""
         self.left.describe(first, last)
         self.right.describe(first, last)
-        model = self.model
+        model, edge = self.model, int(GREY_EDGE + NOISY_EDGE * noise)
         features.jump_penalties(
             self.left.edges, model.jump, model.jump_at_edge,
-            -(-256 * (model.jump - model.jump_at_edge) // GREY_EDGE), self.penalties.across,
+            -(-256 * (model.jump - model.jump_at_edge) // edge), self.penalties.across,
             self.penalties.down, first, last)
 
 

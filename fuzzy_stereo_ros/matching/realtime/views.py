@@ -124,8 +124,9 @@ class Views:
     def describe(self, pool):
         """Write the features of the pair."""
         sizes, full, shift = (self.full, *self.small), self.full, self._shift
-        noise = max(self.noise, COMPRESSED if self._smoothing.compressed else 0.0)
-        tolerance = max(0.0, SPREAD * (min(noise, LOUDEST) - UNSEEN))
+        noise = min(self.noise, LOUDEST)
+        least = COMPRESSED if self._smoothing.compressed else 0.0
+        tolerance = max(0.0, SPREAD * (max(noise, least) - UNSEEN))
         reach = (DENOISE_ROWS + CENSUS_ROWS) << len(self.small)     # of rows at full size
 
         def describe_band(band):
@@ -139,5 +140,5 @@ class Views:
             for level, (views, rows) in enumerate(zip(sizes, bands)):
                 views.denoise(int((256 >> level) * tolerance),
                               *widened(rows, CENSUS_ROWS, views.rows))
-                views.describe(*rows[1:])
+                views.describe(*rows[1:], noise / 2**level)
         return pool.each(describe_band, pool.parts(full.rows, PART))

@@ -168,8 +168,10 @@ def test_jpeg_is_seen_both_views_are_smoothed_and_matched_by_a_model_of_their_ow
         assert view.least_step == model.least_step
         np.testing.assert_array_equal(found, twins.smoothed(
             fine(image), model is not FULL_SIZE))
+    views.noise = quality / 10      # of which steps of grey are no edges; it counts up to 8
     views.describe(ThreadPool(1))
-    expected = twins.jump_penalties(twins.eight_bits(fine(images[0])), twins.jump_table(model))
+    expected = twins.jump_penalties(
+        twins.eight_bits(fine(images[0])), twins.jump_table(model, min(views.noise, 8)))
     np.testing.assert_array_equal(views.full.penalties.across, expected[0])
     np.testing.assert_array_equal(views.full.penalties.down, expected[1])
 
