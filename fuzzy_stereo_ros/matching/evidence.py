@@ -13,7 +13,7 @@ from fuzzy_stereo_ros.matching.kernels.refinement.consistency import (
     BLOCK, judge_blocks, reject_unseen, sum_blocks, SUMS)
 import numpy as np
 
-LEAST_CORRELATION = 0.27  # of 3 x 3 blocks; noise that a search has matched reaches .25
+LEAST_CORRELATION = 0.33  # of 3 x 3 blocks; noise that a search has matched reaches .3
 SIGNAL = 3.0         # times the noise, standard deviation, above which a window shows a signal
 UNSEEN = 0.14        # grey levels at half size, standard deviation: of rounding
 HALVED = 0.5         # share of the noise of a picture that is left at half size

@@ -14,7 +14,7 @@ from hypothesis import given, settings, strategies as st
 import numpy as np
 import pytest
 
-SURE = .04      # share of a small picture that noise may match
+SURE = .03      # share of a small picture that noise may match
 COVERS = {'black': 0, 'white': 255, 'plain': 110, 'dark': 6}
 
 
@@ -120,7 +120,7 @@ def twin(left, right, labels, weights, validity, noise, shift):
         a, b = ours[window].ravel() / 256, theirs[window].ravel() / 256
         variances = a.var() + .14**2, b.var() + .14**2
         clear = min(variances) > 9 * ((noise / 2)**2 + .14**2)
-        alike = ((a - a.mean()) * (b - b.mean())).mean() > .27 * np.sqrt(np.prod(variances))
+        alike = ((a - a.mean()) * (b - b.mean())).mean() > .33 * np.sqrt(np.prod(variances))
         seen = (clear or alike) and not clipped
         if validity[row, column] == CONSISTENT and weights[row, column] != VOTED and not seen:
             expected[row, column] = INVALID

@@ -74,7 +74,7 @@ def test_a_still_scene_in_noise_gets_better_and_flickers_less_and_after_a_cut_al
         (np.mean([wrong(*one) for one in zip(maps[-4:], pairs[-4:])]),
          np.mean([np.abs(match.disparity - before.disparity) > 1
                   for before, match in pairwise(maps[-4:])])) for maps in (warm, cold)))
-    assert errors[0] < 0.8 * errors[1] and changed[0] < 0.5 * changed[1]
+    assert errors[0] < 0.8 * errors[1] and changed[0] < 0.8 * changed[1]
     assert warm[-1].generations == 1 and cold[-1].generations == CONFIG.generations
     assert [*warm[-1].history[0].gains] == ['segments', 'trust']     # tiles would flicker
     other = matcher.match(*(np.ascontiguousarray(image[::-1]) for image in pairs[0][:2]))
