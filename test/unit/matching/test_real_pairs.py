@@ -28,7 +28,7 @@ def scores(pair, profile, whole=False, **changes):
     'realtime', *(pytest.param(name, marks=pytest.mark.slow) for name in ('paper', 'quality'))])
 @pytest.mark.parametrize('name, table_i, at_most', [
     ('tsukuba', 2.74, (2.3, 2.0, 1.35)), ('venus', 2.5, (0.77, 1.3, 0.6)),
-    ('teddy', 14.7, (4.5, 8.5, 2.6)), ('cones', 7.78, (3.15, 3.4, 2.65))])
+    ('teddy', 14.7, (4.5, 8.5, 2.7)), ('cones', 7.78, (3.15, 3.4, 2.65))])
 def test_each_pair_of_the_paper_has_fewer_wrong_pixels_than_its_table_1_says(
         name, table_i, at_most, profile):
     """Of `paper` tsukuba from noise, the others from winner takes all in few generations."""
