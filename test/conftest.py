@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Fixtures for tests with real nodes, and an empty folder."""
-from contextlib import contextmanager, ExitStack
+from contextlib import closing, contextmanager, ExitStack
 import gc
 import os
 from pathlib import Path
@@ -124,12 +124,8 @@ def make_bench(ros):
 
     @contextmanager
     def make(*arguments, **options):
-        with own_domain() as domain:
-            bench = Bench(domain, *arguments, **options)
-            try:
-                yield bench
-            finally:
-                bench.close()
+        with own_domain() as domain, closing(Bench(domain, *arguments, **options)) as bench:
+            yield bench
 
     return make
 

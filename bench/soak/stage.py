@@ -2,7 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The node and a camera in a soak: what can happen, what is sent, and what comes of it."""
 from contextlib import contextmanager
-from functools import partial
 import json
 import signal
 import time
@@ -46,11 +45,10 @@ class Stage(Bench):
     threads: Threads.
     """
 
-    node_type = staticmethod(partial(NodeProcess, module='bench.soak.soaked_node'))
-
     def __init__(self, domain, folder, rows, columns, disparities, rate):
         """Start the node; rate: pairs/s of a stream."""
-        super().__init__(domain, *node_arguments(disparities, folder), depth=DEPTH)
+        super().__init__(domain, *node_arguments(disparities, folder), depth=DEPTH,
+                         module='bench.soak.soaked_node')
         self._size, self._shape, self._rate = (rows, columns), (rows, columns), rate
         self._domain, self._made, self._number = domain, {}, 0
         self._usual = {name: None for change in CHANGES for name in change}

@@ -21,9 +21,8 @@ OPTIONS = {'speed': ['--python', sys.executable]}
 
 @pytest.mark.slow
 @pytest.mark.parametrize('name', SUITES)
-def test_a_suite_runs_in_its_short_form_and_fills_its_section(name, tmp_path, monkeypatch, capsys):
+def test_a_suite_runs_in_its_short_form_and_fills_its_section(name, folder, monkeypatch, capsys):
     pytest.importorskip('matplotlib', reason='pictures need matplotlib')
-    monkeypatch.chdir(tmp_path)
     monkeypatch.delenv(datasets.DATA_VARIABLE, raising=False)
     assert main([name, '--quick', '--repeats', '1', '--json', '--output', 'page.md',
                  '--csv', 'figures', *OPTIONS.get(name, [])]) == 0
@@ -40,10 +39,10 @@ def test_a_suite_runs_in_its_short_form_and_fills_its_section(name, tmp_path, mo
     assert any(isinstance(value, list) or re.search(r'\d\.\d', str(value))
                for table in report['tables']
                for row in table['rows'] for value in row)
-    for figures in (tmp_path / 'figures').iterdir():
+    for figures in (folder / 'figures').iterdir():
         assert figures.name.startswith(f'{name}_')
         assert len(pd.read_csv(figures)) > 1
-    page = (tmp_path / 'page.md').read_text()
+    page = (folder / 'page.md').read_text()
     assert re.findall('<!-- begin of (.+) -->', page) == [report['name']]
 
 

@@ -1,14 +1,11 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """No kernel touches anything beside an array: pages are there; `make fuzz` checks indices, too."""
-import os
 import re
-import subprocess
-import sys
 
 from fuzzed import is_long
 import pytest
-from repository import ROOT
+from repository import ROOT, run_python
 
 PROGRAM = str(ROOT / 'test' / 'support' / 'match_in_guarded_memory.py')
 KINDS = '4' if is_long() else '1'       # of images
@@ -22,19 +19,13 @@ KERNEL_TESTS = sorted(str(file) for file in (ROOT / 'test' / 'unit' / 'matching'
                                    re.MULTILINE))
 
 
-def run(*arguments, **variables):
-    """Run Python with arguments and variables of the environment; return what came of it."""
-    return subprocess.run([sys.executable, *arguments], capture_output=True, text=True, cwd=ROOT,
-                          env={**os.environ, **variables})
-
-
 # Kernels that check indices raise also where a wrong one stays within its array: as others compare
 # them with their twins, that is left to `make fuzz`. It takes minutes to compile them.
 @pytest.mark.timeout(1800)
 @pytest.mark.parametrize('where, variables', [
     ('behind', {}), ('before', CHECKED if is_long() else {})])
 def test_matching_touches_no_byte_beside_an_array(where, variables):
-    done = run(PROGRAM, where, KINDS, *(
+    done = run_python(PROGRAM, where, KINDS, *(
         f'{profile}:{200 if is_long() else drawn}' for profile, drawn in PROFILES.items()),
         **variables)
     assert done.returncode == 0, done.stdout + done.stderr[-2000:]
@@ -47,12 +38,12 @@ def test_matching_touches_no_byte_beside_an_array(where, variables):
 
 @pytest.mark.skipif(not is_long(), reason='matches reach all kernels, which takes less: make fuzz')
 def test_no_index_of_a_kernel_lies_outside_its_array_where_it_is_compared_with_its_twin():
-    done = run('-m', 'pytest', '-q', '--timeout=3600', *KERNEL_TESTS, **CHECKED)
+    done = run_python('-m', 'pytest', '-q', '--timeout=3600', *KERNEL_TESTS, **CHECKED)
     assert done.returncode == 0, done.stdout[-3000:]
 
 
 def test_only_a_constant_index_of_a_kernel_counts_from_the_end(tmp_path):
-    done = run('-c', """
+    done = run_python('-c', """
 import numpy
 from fuzzy_stereo_ros.matching.kernels.compiled import kernel
 def last(array):

@@ -2,11 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Equal input gives equal bits in every process: docs/architecture.md says how far that goes."""
 from dataclasses import replace
-import os
 import platform
 from random import Random
-import subprocess
-import sys
 
 from drawn_frames import frames_of, options, SCENES
 from fuzzed import examples, is_long
@@ -16,7 +13,7 @@ from hypothesis import given, Phase, settings, strategies as st
 from made_scenes import bits
 import numpy as np
 import pytest
-from repository import ROOT
+from repository import printed_by, ROOT
 
 PROGRAM = ROOT / 'test' / 'support' / 'match_digests.py'
 LONG = pytest.mark.skipif(not is_long(), reason='compiling all kernels takes minutes: make fuzz')
@@ -79,10 +76,7 @@ def test_any_order_that_stages_allow_gives_the_bits_of_one_thread(
 
 def digests(threads, *options, number=33, **variables):
     """Return what the program prints, lines of profile, kind, frame and digest, so many."""
-    done = subprocess.run([sys.executable, str(PROGRAM), f'--threads={threads}', *options],
-                          capture_output=True, text=True, check=True,
-                          env={**os.environ, **variables})
-    lines = done.stdout.splitlines()
+    lines = printed_by(PROGRAM, f'--threads={threads}', *options, **variables).splitlines()
     assert len(set(lines)) == len(lines) == number
     return lines
 

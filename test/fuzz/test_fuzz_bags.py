@@ -10,7 +10,7 @@ from fuzzy_stereo_ros.bags.reading import BagReader, DamagedBag, read_stamped
 from fuzzy_stereo_ros.pairs.pair_reader import PairReader
 from fuzzy_stereo_ros.pairs.stereo_pair import BadPair
 from hypothesis import given, strategies as st
-from made_bags import FORMATS, scene, TOPICS, write_bag
+from made_bags import file_of, FORMATS, name_of, scene, TOPICS, write_bag
 import pytest
 import yaml
 
@@ -25,12 +25,9 @@ def bags(tmp_path_factory):
     """Return {format: bytes} of the same small bag, and the metadata.yaml of its folder."""
     folder, found = tmp_path_factory.mktemp('bags'), {}
     for form in FORMATS:
-        path = write_bag(folder / (FILES[form] if form == 'ros1' else form), form,
-                         scene(3, 12, 24, 8))
-        file = path if path.is_file() else next(path.glob(f'{form}.*'))
-        found[form] = file.read_bytes()
-        if form == 'mcap':
-            found['metadata.yaml'] = (path / 'metadata.yaml').read_bytes()
+        path = write_bag(folder / name_of(form), form, scene(3, 12, 24, 8))
+        found[form] = file_of(path).read_bytes()
+    found['metadata.yaml'] = (folder / 'mcap' / 'metadata.yaml').read_bytes()
     return found
 
 

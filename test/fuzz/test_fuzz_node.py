@@ -47,11 +47,9 @@ class SpoiltPairs:
     def __init__(self, bench):
         """Subscribe to all outputs of the node on a Bench, and have a first pair matched."""
         self._bench, self.sent, self.pairs = bench, dict.fromkeys(TOPICS, 0), 0
-        bench.listen()
         for topic, kind in OTHER_OUTPUTS.items():
             bench.collect(kind, topic, {})
-        bench.connect()
-        bench.first_match(*GOOD)
+        bench.begin(*GOOD)
         self.match()        # what was sent before it has arrived, too, or never will
         counts = self._counts()
         self.sent = {topic: counts[f'received {topic}'] + counts[f'lost {topic}']

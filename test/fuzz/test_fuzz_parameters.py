@@ -10,9 +10,8 @@ from made_scenes import shifted_pair
 
 PAIR = shifted_pair(7)
 ARGUMENTS = '-p', 'disparity_range:=16'
-ROWS = ROS_PARAMETERS
-NAMES = [row.name for row in ROWS]
-ROW_OF = dict(zip(NAMES, ROWS))
+NAMES = [row.name for row in ROS_PARAMETERS]
+ROW_OF = dict(zip(NAMES, ROS_PARAMETERS))
 LARGEST = 2**63 - 1
 # What is allowed among it asks for little work and leaves room for the pair.
 OF_TYPE = {
@@ -33,8 +32,8 @@ REJECTED = {'neighbourhood': (4, 'neighbourhood is 4; allowed are odd numbers fr
             'algorithm': ('luck', "algorithm is 'luck'; allowed are realtime, quality, paper"),
             'queue_size': (3, 'read-only parameter: queue_size')}
 # Mostly what ROS lets through: parameters that may change, values of their type.
-CHANGES = st.one_of(st.sampled_from([row for row in ROWS if not row.read_only]),
-                    st.sampled_from(ROWS)).flatmap(lambda row: st.tuples(
+CHANGES = st.one_of(st.sampled_from([row for row in ROS_PARAMETERS if not row.read_only]),
+                    st.sampled_from(ROS_PARAMETERS)).flatmap(lambda row: st.tuples(
                         st.just(row.name), st.one_of(OF_TYPE[type(row.default)], VALUES)))
 
 

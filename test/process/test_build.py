@@ -4,27 +4,21 @@
 import os
 import shutil
 import subprocess
-import sys
 import tarfile
 from xml.etree import ElementTree
 import zipfile
 
 from pages import commands, ROOT
 import pytest
+from repository import printed_by
 
 NOT_COPIED = {'build', 'dist', 'docs', 'install', 'log', 'test'}
 
 
-def run(*words, **options):
-    """Run Python with words and return what it prints."""
-    return subprocess.run([sys.executable, *words], check=True, text=True, capture_output=True,
-                          **options).stdout
-
-
-def built(kind, source, target, **variables):
+def built(kind, source, target):
     """Return the archive that the build backend makes of a source folder: 'sdist' or 'wheel'."""
     code = f'from setuptools import build_meta; print(build_meta.build_{kind}({str(target)!r}))'
-    return target / run('-c', code, cwd=source, env={**os.environ, **variables}).splitlines()[-1]
+    return target / printed_by('-c', code, folder=source).splitlines()[-1]
 
 
 @pytest.fixture(scope='module')
@@ -58,8 +52,8 @@ def prefix(archives, tmp_path_factory):
 
 def installed(wheel, folder):
     """Install a wheel into a clean folder and return that."""
-    run('-m', 'pip', 'install', '--quiet', '--no-index', '--no-deps', '--no-compile',
-        '--ignore-installed', '--prefix', str(folder), str(wheel))
+    printed_by('-m', 'pip', 'install', '--quiet', '--no-index', '--no-deps', '--no-compile',
+               '--ignore-installed', '--prefix', folder, wheel)
     return folder
 
 
@@ -87,8 +81,8 @@ def test_installed_into_a_clean_folder_its_files_are_where_ros_looks_for_them(pr
 def test_installed_into_a_clean_folder_the_command_runs_and_tells_its_version(prefix, tmp_path):
     (packages,) = prefix.glob('**/site-packages')
     environment = {**os.environ, 'PYTHONPATH': str(packages)}
-    told = run('-c', 'import fuzzy_stereo_ros as one; print(one.__file__, one.__version__)',
-               env=environment, cwd=tmp_path).split()
+    told = printed_by('-c', 'import fuzzy_stereo_ros as one; print(one.__file__, one.__version__)',
+                      folder=tmp_path, PYTHONPATH=str(packages)).split()
     assert told[0].startswith(str(prefix))
     assert f'<version>{told[1]}</version>' in (ROOT / 'package.xml').read_text(encoding='utf-8')
     printed = subprocess.run([prefix / 'bin' / 'fuzzy-stereo', '--help'], check=True, text=True,

@@ -3,7 +3,6 @@
 """Freed memory goes back to the system, and changes of parameters do not pile it up."""
 import ctypes
 from queue import SimpleQueue
-import subprocess
 import sys
 
 from fuzzy_stereo_ros import pair_matcher
@@ -13,10 +12,11 @@ from fuzzy_stereo_ros.matching.realtime.matcher import RealtimeMatcher
 from fuzzy_stereo_ros.pairs.camera_files import centred_calibration
 from fuzzy_stereo_ros.pairs.stereo_pair import StereoPair
 from made_scenes import shifted_pair
-from node_process import ROOT, START
+from node_process import START
 from numba._dispatcher import compute_fingerprint
 from numba.core.dispatcher import Dispatcher
 import pytest
+from repository import printed_by
 
 MEASURING = """
 import fuzzy_stereo_ros.node
@@ -87,9 +87,7 @@ HAS_TRIM = hasattr(ctypes.CDLL(None), 'malloc_trim')
 
 def printed(program):
     """Return the numbers that a program prints in a process of its own."""
-    done = subprocess.run([sys.executable, '-c', program], cwd=ROOT, text=True,
-                          capture_output=True, check=True)
-    return [float(number) for number in done.stdout.split()]
+    return [float(number) for number in printed_by('-c', program).split()]
 
 
 @pytest.mark.skipif(not HAS_TRIM, reason='the C library has no malloc_trim')

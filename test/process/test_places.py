@@ -2,16 +2,14 @@
 # SPDX-License-Identifier: Apache-2.0
 """Node and commands start wherever they may write nothing, and say what they do without."""
 from pathlib import Path
-import subprocess
-import sys
 
 from fuzzy_stereo_ros.matching import kernels
 from mounted import as_stranger, mounting, READ_ONLY
-from node_process import NodeProcess, own_domain, ROOT
+from node_process import NodeProcess, own_domain
 import pytest
+from repository import COMMAND_LINE, run_python
 
 CODE = Path(kernels.__file__).parent / '__pycache__'
-COMMAND_LINE = 'fuzzy_stereo_ros.commands.command_line'
 LOGS = 'no folder for log files can be written to ('
 KERNELS = 'no folder for compiled kernels can be written to ('
 PLACES = 'HOME', 'NUMBA_CACHE_DIR', 'ROS_HOME', 'ROS_LOG_DIR', 'XDG_CACHE_HOME'
@@ -67,20 +65,13 @@ def test_the_node_of_a_user_without_home_and_name_starts(ros, bare):
     assert f'{CODE}: Permission denied' in told_once(log, KERNELS)
 
 
-def run(*words, before=()):
-    """Run `fuzzy-stereo` with words and return its exit code and what it said on both streams."""
-    done = subprocess.run([*before, sys.executable, '-m', COMMAND_LINE, *words],
-                          cwd=ROOT, capture_output=True, text=True)
-    return done.returncode, done.stdout, done.stderr
-
-
 @pytest.mark.parametrize('words', [
     ('match', 'left.png', 'right.png', '--disparities', '16', '--output', 'never.pfm'),
     ('replay', 'no_bag', '--disparities', '16', '--output', 'never')])
 def test_commands_that_match_tell_first_that_kernels_are_kept_nowhere(bare, words):
-    code, printed, said = run(*words, before=stranger_without_kernels())
-    assert (code, printed) == (2, '')
-    first, second = said.splitlines()
+    done = run_python('-m', COMMAND_LINE, *words, before=stranger_without_kernels())
+    assert (done.returncode, done.stdout) == (2, '')
+    first, second = done.stderr.splitlines()
     assert first.startswith(f'fuzzy-stereo: {KERNELS}')
     assert 'they are compiled at each start' in first
     assert second.startswith('fuzzy-stereo: ')

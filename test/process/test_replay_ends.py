@@ -7,6 +7,7 @@ import json
 import os
 import signal
 
+from command_output import contents
 from fuzzed import examples
 from fuzzy_stereo_ros.bags import writing as bag_writing
 from fuzzy_stereo_ros.bags.writing import BagWriter, FORMATS, METADATA, UNFINISHED
@@ -20,7 +21,6 @@ from hypothesis import given, settings, strategies as st
 from made_bags import (
     BEGIN, content, disparities, scene, stamps, STEP, TOPICS, write_bag, write_torn_bag)
 import pytest
-from rejected import contents
 from replayed import (
     as_sent, assert_same, chatter, figures, in_segments, INTERRUPTED, matches, rejection, replay,
     restamp, run, sent)

@@ -8,7 +8,6 @@ import signal
 
 from dask_processes import dask_processes
 from fuzzed import examples
-from fuzzy_stereo_ros.pairs.image_files import write_image
 from fuzzy_stereo_ros.replay.options import SEGMENT_PAIRS, WARM_PAIRS
 from hypothesis import given, settings, strategies as st
 from made_bags import (
@@ -16,6 +15,7 @@ from made_bags import (
 import numpy as np
 import pytest
 from replayed import assert_same, chatter, figures, in_segments, replay, restamp, sent
+from written_scenes import write_images
 
 PAIRS = 2 * SEGMENT_PAIRS + 20
 HALTING = """\
@@ -63,10 +63,8 @@ def test_a_cluster_finds_what_a_matcher_finds_in_segments(
 def test_the_frames_of_folders_are_matched_in_segments_too_of_any_profile(
         folder, capsys, cluster):
     pairs, profile = scene(SEGMENT_PAIRS + 4, rows=20, columns=48), 'quality'
-    for side in ('left', 'right'):
-        (folder / side).mkdir()
-        for number, pair in enumerate(pairs):
-            write_image(folder / side / f'{number:02}.png', getattr(pair, side))
+    for number, pair in enumerate(pairs):
+        write_images(folder, pair, f'left/{number:02}.png', f'right/{number:02}.png')
     times = [number * 10**8 for number in range(len(pairs))]
     expected = in_segments(pairs, times, profile=profile)
     whole = in_segments(pairs, times, length=len(pairs), profile=profile)

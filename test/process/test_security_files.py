@@ -1,24 +1,20 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Where commands and the node write, and that they open no sockets: SECURITY.md promises it."""
-import subprocess
-import sys
-
 from audits import all_files, environment, noted
-import fuzzy_stereo_ros
 from fuzzy_stereo_ros.commands.command_line import main
-from fuzzy_stereo_ros.pairs.image_files import write_image
 from fuzzy_stereo_ros.saved_pair import write_saved_pair
 from fuzzy_stereo_ros.synthetic.scenes import make_pair
 import pytest
+from repository import COMMAND_LINE, printed_by
 from saved_scene import running
+from written_scenes import write_images
 
 
 def audited(folder, *words):
     """Run `fuzzy-stereo` with words in a folder's `work` and return what it did elsewhere."""
-    subprocess.run([sys.executable, '-m', 'audited', *words], cwd=folder / 'work', check=True,
-                   capture_output=True, env=environment(
-                       folder, f'{fuzzy_stereo_ros.__name__}.commands.command_line'))
+    printed_by('-m', 'audited', *words, folder=folder / 'work',
+               **environment(folder, COMMAND_LINE))
     return noted(folder, [folder / 'work' / 'out'])
 
 
@@ -27,9 +23,7 @@ def folder(tmp_path):
     """Return a folder with a home, and a place to work with images, a saved pair and `out`."""
     for name in ('home', 'work', 'work/out'):
         (tmp_path / name).mkdir()
-    pair = make_pair(40, 100, 32)
-    write_image(tmp_path / 'work' / 'left.png', pair.left)
-    write_image(tmp_path / 'work' / 'right.png', pair.right)
+    write_images(tmp_path / 'work', make_pair(40, 100, 32), 'left.png', 'right.png')
     write_saved_pair(tmp_path / 'work' / 'report', running()[2])
     return tmp_path
 
@@ -55,15 +49,12 @@ def test_a_command_writes_only_where_it_is_told_and_opens_no_socket(name, folder
     assert [*(folder / 'home').iterdir()] == []
 
 
-HOSTILE = ('/../../../evil/left/image_rect', '/../../../evil/left/camera_info',
-           '/../../../evil/right/image_rect', '/../../../evil/right/camera_info')
-
-
 def test_names_of_topics_in_a_bag_are_no_paths(tmp_path):
     made_bags = pytest.importorskip('made_bags', reason='rosbags is not installed')
     inner = tmp_path / 'one' / 'two' / 'three'
     inner.mkdir(parents=True)
-    made_bags.write_bag(inner / 'recorded', pairs=made_bags.scene(2), topics=HOSTILE)
+    made_bags.write_bag(inner / 'recorded', pairs=made_bags.scene(2), topics=[
+        f'/../../../evil{topic}' for topic in made_bags.TOPICS])
     before = all_files(tmp_path)
     assert main(['replay', str(inner / 'recorded'), '--output', str(inner / 'matched'),
                  '--disparities', '16', '--files', 'npy', '--keep']) == 0

@@ -13,9 +13,10 @@ from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
 from fuzzy_stereo_ros.matching.kernels import compiled
 from fuzzy_stereo_ros.progress import COMPILING
 from mounted import mounting
-from node_process import ROOT, START
+from node_process import START
 import psutil
 import pytest
+from repository import COMMAND_LINE, printed_by, ROOT, run_python
 
 CODE = compiled.SOURCES / '__pycache__'
 MATCH = """
@@ -61,9 +62,7 @@ def test_no_kernel_is_left_to_the_frames_of_a_camera_that_moves(profile):
     StereoMatcher(MatcherConfig.from_profile(profile, disparities=24)).warm_up(120, 160)
 
     def found(start):
-        return [line.split() for line in subprocess.run(
-            [sys.executable, '-c', MATCH, profile, start], cwd=ROOT, text=True,
-            capture_output=True, check=True).stdout.splitlines()]
+        return [line.split() for line in printed_by('-c', MATCH, profile, start).splitlines()]
 
     by_frames, beside_dry_run, _ = found('warm')
     assert by_frames == []
@@ -74,20 +73,10 @@ def test_no_kernel_is_left_to_the_frames_of_a_camera_that_moves(profile):
         assert imported_to_compile == []
 
 
-def warm_up(cache):
-    """Start `fuzzy-stereo warm-up` of the paper's profile, which has the fewest kernels."""
-    return subprocess.Popen(
-        [sys.executable, '-m', 'fuzzy_stereo_ros.commands.command_line', 'warm-up', '--profile',
-         'paper'], env={**os.environ, 'NUMBA_CACHE_DIR': str(cache)}, cwd=ROOT, text=True,
-        stdout=subprocess.PIPE, stderr=subprocess.PIPE)
-
-
 def test_the_command_says_so_where_nothing_can_be_kept(tmp_path):
-    before = mounting({tmp_path: 'ro', CODE: 'ro'})
-    done = subprocess.run(
-        [*before, sys.executable, '-m', 'fuzzy_stereo_ros.commands.command_line', 'warm-up'],
-        env={**os.environ, 'HOME': str(tmp_path), 'NUMBA_CACHE_DIR': str(tmp_path)}, cwd=ROOT,
-        text=True, capture_output=True)
+    done = run_python(
+        '-m', COMMAND_LINE, 'warm-up', before=mounting({tmp_path: 'ro', CODE: 'ro'}),
+        HOME=str(tmp_path), NUMBA_CACHE_DIR=str(tmp_path))
     assert (done.returncode, done.stdout) == (2, '')
     assert done.stderr.splitlines()[-1] == (
         'fuzzy-stereo: there is no folder for compiled kernels; set NUMBA_CACHE_DIR to a '
@@ -96,7 +85,10 @@ def test_the_command_says_so_where_nothing_can_be_kept(tmp_path):
 
 @pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGKILL])
 def test_nobody_compiles_on_after_the_command_has_ended(tmp_path, number):
-    command = warm_up(tmp_path)
+    command = subprocess.Popen(     # of the profile that has the fewest kernels
+        [sys.executable, '-m', COMMAND_LINE, 'warm-up', '--profile', 'paper'], cwd=ROOT, text=True,
+        env={**os.environ, 'NUMBA_CACHE_DIR': str(tmp_path)}, stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE)
     while not (children := psutil.Process(command.pid).children()):
         assert command.stderr.read(1)
     command.send_signal(number)
@@ -122,7 +114,7 @@ PAIR, FOLDERS = ('left/0000.png', 'right/0000.png'), ('left', 'right')
 def test_whatever_compiles_says_so_before_it_begins(terminal, words, frames, tmp_path):
     reads, writes = os.openpty() if terminal else os.pipe()
     command = subprocess.Popen(
-        [sys.executable, '-m', 'fuzzy_stereo_ros.commands.command_line', *words],
+        [sys.executable, '-m', COMMAND_LINE, *words],
         env={**os.environ, 'NUMBA_CACHE_DIR': str(tmp_path), 'PYTHONPATH': str(ROOT)},
         cwd=shutil.copytree(frames, tmp_path / 'made'), stdout=subprocess.DEVNULL, stderr=writes)
     os.close(writes)

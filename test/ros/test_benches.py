@@ -3,25 +3,20 @@
 """The demo, the benchmark beside a camera and a soak, in short runs with the real node."""
 import os
 import re
-import subprocess
-import sys
 
 from bench.soak.events import KINDS
 from fuzzy_stereo_ros.pairs.image_files import read_image
 from node_process import START
 import pytest
-from repository import ROOT
+from repository import printed_by, ROOT
 
 
 @pytest.mark.timeout(700)       # the first start on a machine compiles
 def test_the_demo_prints_the_table_of_the_real_node_and_writes_the_picture(ros, tmp_path):
-    done = subprocess.run(
-        [sys.executable, '-m', 'bench.demo', '--frames', '4', '--rate', '5', '--picture',
-         'seen.png'], cwd=tmp_path, text=True, capture_output=True,
-        env={**os.environ, 'PYTHONPATH': str(ROOT)})
-    assert done.returncode == 0, done.stderr
+    printed = printed_by('-m', 'bench.demo', '--frames', 4, '--rate', 5, '--picture', 'seen.png',
+                         folder=tmp_path, PYTHONPATH=str(ROOT))
     cells = [[cell.strip() for cell in line.strip('|').split('|')]
-             for line in done.stdout.splitlines() if line.startswith('|')]
+             for line in printed.splitlines() if line.startswith('|')]
     rows = {name: figures for name, *figures in cells}
     assert rows[''] == ['warm', 'cold']
     assert rows['pairs published'] == ['4', '4']
@@ -33,7 +28,7 @@ def test_the_demo_prints_the_table_of_the_real_node_and_writes_the_picture(ros, 
         assert float(rows['density [%]'][column]) > 80
         assert float(rows['bad-1, of the published disparities [%]'][column]) < 8
         assert float(rows['latency, median [ms]'][column]) > 1
-    assert f'\npicture: {tmp_path}/seen.png\n' in done.stdout
+    assert f'\npicture: {tmp_path}/seen.png\n' in printed
     assert read_image(tmp_path / 'seen.png').shape[1] > 1000
     assert os.listdir(tmp_path) == ['seen.png']
 
@@ -42,13 +37,10 @@ def test_the_demo_prints_the_table_of_the_real_node_and_writes_the_picture(ros, 
 @pytest.mark.timeout(4 * START)
 def test_a_short_run_writes_its_section_and_every_pair_is_accounted_for(ros, tmp_path):
     page = tmp_path / 'page.md'
-    done = subprocess.run(
-        [sys.executable, '-m', 'bench.live', '--seconds', '0.2',
-         '--repeats', '1', '--case', '160x120x16', '--output', str(page)],
-        capture_output=True, text=True, check=False, cwd=ROOT)
-    assert done.returncode == 0, done.stderr
+    printed = printed_by('-m', 'bench.live', '--seconds', 0.2, '--repeats', 1, '--case',
+                         '160x120x16', '--output', page)
     written = page.read_text(encoding='utf-8')
-    assert '## The node beside a camera' in done.stdout
+    assert '## The node beside a camera' in printed
     rows = re.findall(r'^\| 160x120, 16 disparities *\|(.+)\|$', written, re.MULTILINE)
     (row,) = rows
     pairs, matched, dropped, rejected, rate, median, high, *_ = map(float, row.split('|'))
@@ -67,9 +59,6 @@ SHORT = ('--minutes=0', '--seed=91', '--rows=180', '--columns=240', '--dispariti
 @pytest.mark.alone
 @pytest.mark.timeout(2 * START)
 def test_in_a_short_soak_every_promise_is_kept(ros):
-    done = subprocess.run(
-        [sys.executable, '-m', 'bench.soak', *SHORT], cwd=ROOT, capture_output=True, text=True,
-        env={**os.environ, 'PYTHONPATH': str(ROOT / 'test' / 'support')}, check=False)
-    assert done.returncode == 0, f'{done.stdout}{done.stderr}'
-    assert all(f': {kind} ' in done.stdout for kind in KINDS)
-    assert done.stdout.count('kept: ') == 8 and 'BROKEN' not in done.stdout
+    printed = printed_by('-m', 'bench.soak', *SHORT, PYTHONPATH=str(ROOT / 'test' / 'support'))
+    assert all(f': {kind} ' in printed for kind in KINDS)
+    assert printed.count('kept: ') == 8 and 'BROKEN' not in printed

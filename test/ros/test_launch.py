@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The launch files with the real launch, one launch a case: what it starts does what it says."""
 from collections.abc import Callable
-from contextlib import ExitStack
+from contextlib import closing
 import os
 import time
 from typing import NamedTuple
@@ -68,7 +68,7 @@ def has_its_name_rectifies_and_names_what_means_nothing_in_one_warning(test):
     test.logged(f"stereo_image_proc's matchers are ignored: {', '.join(given)}")
     matches(test)
     names = ('approximate_sync', 'rectify', 'use_color', 'speckle_size', 'speckle_range')
-    assert test.parameters('/rig/stereo', *names) == [True, True, False, 50, 4]
+    assert test.around.parameters(*names, node='/rig/stereo') == [True, True, False, 50, 4]
 
 
 def matches_by_the_remappings_of_the_page(test):
@@ -115,7 +115,7 @@ def two_rigs():
 
 def each_node_matches_its_own_cameras_in_a_process_with_its_own_parameters(test):
     test.connect()
-    with surroundings(**in_namespace('/cameras')) as rear:
+    with closing(surroundings(**in_namespace('/cameras'))) as rear:
         rear.listen(namespace='/rear/')
         rear.until(rear.rig.subscribed, 'the other node subscribes to the other rig')
         for _ in range(3):
@@ -186,9 +186,8 @@ class TestTheLaunched(unittest.TestCase):
         """Wait for the node, then start the simulated cameras."""
         self.case, self.output, self.processes = CASES[case], proc_output, proc_info
         self.logged(self.case.begun)
-        stack = ExitStack()
-        self.addCleanup(stack.close)
-        self.around = stack.enter_context(surroundings(**self.case.rig))
+        self.around = surroundings(**self.case.rig)
+        self.addCleanup(self.around.close)
         self.around.check = self.check
 
     def check(self):
@@ -217,14 +216,6 @@ class TestTheLaunched(unittest.TestCase):
                 assert time.monotonic() < deadline, f'never logged: {text}'
                 self.check()
                 self.output.io_event.wait(1)
-
-    def parameters(self, node, *names):
-        """Return the values of parameters of a node, None for those that are not set."""
-        from rcl_interfaces.srv import GetParameters
-        from rclpy.parameter import parameter_value_to_python
-        client = self.around.listener.create_client(GetParameters, f'{node}/get_parameters')
-        answer = self.around.answer(client, GetParameters.Request(names=names))
-        return [parameter_value_to_python(value) for value in answer.values]
 
 
 @launch_testing.post_shutdown_test()

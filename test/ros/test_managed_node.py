@@ -1,47 +1,31 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """The node with a life cycle, brought up and down as Nav2's lifecycle manager does it."""
-from functools import partial
+from contextlib import ExitStack
 import os
 import re
 
 from made_messages import shows
 from made_scenes import shifted_pair
-from node_process import NodeProcess, own_domain
+from node_process import own_domain
 from pages import text_of
 import pytest
 
 pytest.importorskip('lifecycle_msgs.srv', reason='lifecycle_msgs is not importable: no ROS 2 here')
+from lifecycle_manager import Manager  # noqa: E402, I100
 
 SHIFT = 7
 PAIR = shifted_pair(SHIFT)
 INPUTS = ('/left/image_rect', '/left/camera_info', '/right/image_rect', '/right/camera_info')
-SMALL = '--ros-args', '-p', 'disparity_range:=16'
 
 
 @pytest.fixture
-def start(ros):
+def start(make_bench):
     """Return a function that starts the managed node and returns its `Bench`."""
-    from ros_bench import Bench
-
-    class ManagedBench(Bench):
-        node_type = partial(NodeProcess, module='fuzzy_stereo_ros.node.managed_node')
-
-    with own_domain() as domain:
-        benches = []
-
-        def started(*arguments):
-            benches.append(ManagedBench(domain, *SMALL, *arguments))
-            return benches[-1]
-
-        yield started
-        for bench in benches:
-            bench.close()
-
-
-def manager_of(bench):
-    from lifecycle_manager import Manager
-    return Manager(bench)
+    with ExitStack() as started:
+        yield lambda *arguments: started.enter_context(make_bench(
+            '--ros-args', '-p', 'disparity_range:=16', *arguments,
+            module='fuzzy_stereo_ros.node.managed_node'))
 
 
 def subscribed(bench):
@@ -72,7 +56,7 @@ def ends_well(bench):
 
 def test_it_matches_while_it_is_active_alone_and_cleanup_gives_back_threads_and_topics(start):
     bench = start()
-    manager = manager_of(bench)
+    manager = Manager(bench)
     bench.listen()
     listener, left = bench.listener, []     # threads, those of libraries among them, which stay
 
@@ -119,13 +103,13 @@ def test_it_matches_while_it_is_active_alone_and_cleanup_gives_back_threads_and_
 
 def test_a_signal_ends_it_with_code_0_before_it_is_configured(start):
     bench = start()
-    manager_of(bench)
+    Manager(bench)
     ends_well(bench)
 
 
 def test_a_transition_that_is_not_allowed_or_cannot_be_fails_with_why_and_the_node_lives(start):
     bench = start('-p', 'qos_overrides./disparity.publisher.reliability:=maybe')
-    manager = manager_of(bench)
+    manager = Manager(bench)
     for _ in range(2):
         assert manager.change('configure') == 'unconfigured'
         bench.node.logged('cannot be configured: Unexpected QoS override')

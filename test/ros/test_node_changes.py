@@ -1,6 +1,7 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """The real node while changed parameters are prepared, which here takes until it is told."""
+from contextlib import closing
 from queue import SimpleQueue
 from types import SimpleNamespace
 
@@ -52,22 +53,18 @@ def bench(gate):
             assert self.node.exit_code == 0
 
         def close(self):
+            gate.let.put(None)
             assert self.node.destroy_node()
             Surroundings.close(self)
 
         def said(self, text):
             return self.until(lambda: text in self.counts()['change of parameters'], text)
 
-    with own_domain() as domain:
-        bench = Inside(domain)
-        try:
-            bench.listen()
-            bench.until(bench.rig.subscribed, 'the node subscribes to the rig', START)
-            bench.first_match(*PAIR)
-            yield bench
-        finally:
-            gate.let.put(None)
-            bench.close()
+    with own_domain() as domain, closing(Inside(domain)) as bench:
+        bench.listen()
+        bench.until(bench.rig.subscribed, 'the node subscribes to the rig', START)
+        bench.first_match(*PAIR)
+        yield bench
 
 
 def test_pairs_are_matched_with_the_old_value_until_the_new_one_is_prepared(bench, gate):

@@ -11,10 +11,8 @@ import pytest
 
 def test_two_signals_while_it_matches_end_it_with_code_0(make_bench):
     with make_bench('--ros-args', '-p', 'disparity_range:=64') as bench:
-        bench.listen()
-        bench.connect()
         big = shifted_pair(7, rows=480, columns=640)
-        bench.first_match(*big)
+        bench.begin(*big)
         for _ in range(60):     # more than it can match: its last line tells what was dropped
             bench.rig.publish(*big)
             bench.executor.spin_once(timeout_sec=0)

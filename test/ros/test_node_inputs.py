@@ -111,9 +111,7 @@ def test_raw_images_are_rectified_and_cut_to_what_both_cameras_see(make_bench):
                 setattr(info, name, getattr(made, name))
 
     with make_bench(*SMALL, '-p', 'rectify:=true', '-p', 'crop:=true') as bench:
-        bench.listen()
-        bench.connect()
-        bench.first_match(*raw)     # not calibrated yet: as it is
+        bench.begin(*raw)       # not calibrated yet: as it is
         message = bench.match(*raw, change=calibrate)
         assert message.f == FOCAL
         assert 0.7 * ROWS < message.image.height < ROWS

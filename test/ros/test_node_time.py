@@ -21,10 +21,8 @@ def bench(make_bench):
         clock = bench.listener.create_publisher(Clock, '/clock', 1)
         bench.set_clock = lambda now: clock.publish(Clock(clock=Time(nanoseconds=now).to_msg()))
         bench.clock = clock
-        bench.listen()
-        bench.connect()
+        bench.begin(*PAIR)
         bench.until(lambda: bench.listener.count_subscribers('/clock'), 'the node hears /clock')
-        bench.first_match(*PAIR)
         yield bench
 
 

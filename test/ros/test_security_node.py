@@ -8,7 +8,7 @@ from xml.etree import ElementTree
 from audits import all_files, environment, noted
 from fuzzy_stereo_ros.parameters.table import ROS_PARAMETERS
 from made_scenes import shifted_pair
-from node_process import NodeProcess, own_domain
+from node_process import DISPARITY_NODE
 from pages import text_of
 import pytest
 
@@ -25,28 +25,18 @@ def place(tmp_path_factory):
 
 
 @pytest.fixture(scope='module')
-def bench(ros, place):
+def bench(make_bench, place):
     """Return the audited node, in an enclave, before cameras with a hostile name."""
-    from ros_bench import Bench, RELIABLE, Surroundings
-
-    class Audited(Bench):
-        def __init__(self, domain):
-            Surroundings.__init__(self, domain, reliable=True)
-            self.rig.frame_id = HOSTILE
-            self.node = NodeProcess(domain, *RELIABLE, '-p', 'disparity_range:=16',
-                                    '--enclave', '/stereo', module='audited')
-
-    with own_domain() as domain:
-        with pytest.MonkeyPatch.context() as patch:
-            for name, value in environment(place, 'fuzzy_stereo_ros.node.disparity_node').items():
-                patch.setenv(name, value)
-            patch.delenv('ROS_LOG_DIR')
-            bench = Audited(domain)
-        try:
+    with pytest.MonkeyPatch.context() as patch:
+        for name, value in environment(place, DISPARITY_NODE).items():
+            patch.setenv(name, value)
+        patch.delenv('ROS_LOG_DIR')
+        with make_bench('--ros-args', '-p', 'disparity_range:=16', '--enclave', '/stereo',
+                        module='audited') as bench:
+            patch.undo()
+            bench.rig.frame_id = HOSTILE
             bench.begin(*PAIR)
             yield bench
-        finally:
-            bench.close()
 
 
 def sockets_of(process):
@@ -66,8 +56,7 @@ def test_the_node_has_no_sockets_but_those_of_the_middleware(bench):
 
 
 def test_no_parameter_that_holds_a_path_can_be_changed_from_outside(bench, place):
-    rows = ROS_PARAMETERS
-    paths = [row.name for row in rows if isinstance(row.default, str)
+    paths = [row.name for row in ROS_PARAMETERS if isinstance(row.default, str)
              and ('/' in row.default or 'directory' in row.name) and not row.choices]
     assert paths == ['save_directory']
     done, reason = bench.set_parameters(save_directory=str(place / 'evil'))

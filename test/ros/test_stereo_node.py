@@ -4,7 +4,7 @@
 import re
 
 from fuzzy_stereo_ros.pairs.messages import stamp_of
-from made_messages import values_of
+from made_messages import shows, values_of
 from made_scenes import shifted_pair
 import numpy as np
 import pytest
@@ -13,10 +13,6 @@ SHIFT = 7
 PAIR = shifted_pair(SHIFT)
 SECOND = 1_000_000_000
 ARGUMENTS = '-p', 'disparity_range:=16', '-p', 'no_pair_seconds:=1.0'
-
-
-def share_near(values, disparity):
-    return np.mean(np.abs(values - disparity) < 0.5)
 
 
 @pytest.mark.quick
@@ -33,7 +29,7 @@ def test_a_pair_gives_its_disparity_with_every_field_right(bench):
     assert not window.do_rectify
     values = values_of(message.image)
     assert np.isfinite(values).all()
-    assert share_near(values[:, 15:], SHIFT) > 0.95
+    assert shows(message, SHIFT)
     invalid = values < message.min_disparity
     assert (values[invalid] == message.min_disparity - 1).all()
     assert (values[~invalid] <= message.max_disparity).all()
@@ -64,7 +60,7 @@ def test_without_a_baseline_disparities_come_without_metres_and_a_warning(bench)
     for _ in range(2):
         message = bench.match(*PAIR, change=uncalibrate)
         assert (message.f, message.t) == (1.0, 0.0)
-        assert share_near(values_of(message.image)[:, 15:], SHIFT) > 0.95
+        assert shows(message, SHIFT)
         stamp = stamp_of(message.header)
         bench.until(lambda: stamp in bench.confidences, 'confidence')  # noqa: B023
     bench.counts()
@@ -91,7 +87,7 @@ def test_a_bad_pair_is_logged_and_survived(bench, change, sentence):
     bench.until(lambda: sentence in bench.node.log(), sentence)
     message = bench.match(*PAIR)
     assert rejected not in bench.disparities
-    assert share_near(values_of(message.image)[:, 15:], SHIFT) > 0.95
+    assert shows(message, SHIFT)
 
 
 def test_bad_pairs_that_keep_coming_are_counted_and_logged_once_in_five_seconds(bench):

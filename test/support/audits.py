@@ -15,9 +15,9 @@ ASKING = 'subprocess.Popen', 'lscpu'    # by numpy.testing of NumPy 1, which num
 
 
 def environment(folder, module):
-    """Return the environment of an audited module whose home is in a folder; kernels are there."""
+    """Return what is set for an audited module whose home is in a folder; kernels are there."""
     StereoMatcher().warm_up(*WARM_UP_SIZE)      # processes are started to compile them
-    return {**os.environ, 'AUDITED_MODULE': module, 'AUDITED_NOTES': str(folder / 'notes'),
+    return {'AUDITED_MODULE': module, 'AUDITED_NOTES': str(folder / 'notes'),
             'PYTHONPATH': os.pathsep.join([str(ROOT), str(ROOT / 'test' / 'support')]),
             'HOME': str(folder / 'home'), 'PYTHONDONTWRITEBYTECODE': '1'}
 

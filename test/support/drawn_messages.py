@@ -9,7 +9,7 @@ import cv2
 from fuzzed import damaged
 from fuzzy_stereo_ros.pairs.messages import ENCODINGS
 from hypothesis import strategies as st
-from made_messages import header, image, info, noise, region
+from made_messages import changed, header, image, info, noise, region
 import numpy as np
 
 ROWS, COLUMNS = 8, 12
@@ -33,11 +33,6 @@ def headers():
     return st.builds(lambda second, nanosecond, frame: header((second, nanosecond), frame),
                      st.integers(-2**31, 2**31 - 1), st.integers(0, 2**32 - 1),
                      st.text(max_size=20))
-
-
-def changed(message, changes):
-    message.__dict__.update(changes)
-    return message
 
 
 def changes_of(**fields):

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """What tests with the real launch share; importing it skips where there is no launch."""
 import atexit
-from contextlib import contextmanager, ExitStack
+from contextlib import ExitStack
 import os
 from pathlib import Path
 import shutil
@@ -66,15 +66,10 @@ def description(*entities):
         patience, *entities, launch_testing.actions.ReadyToTest()])
 
 
-@contextmanager
 def surroundings(**rig):
-    """Give `ros_bench.Surroundings` in the domain of the launch; rig: as there."""
+    """Return `ros_bench.Surroundings` in the domain of the launch; rig: as there."""
     from ros_bench import Surroundings
-    around = Surroundings(int(os.environ['ROS_DOMAIN_ID']), reliable=True, **rig)
-    try:
-        yield around
-    finally:
-        around.close()
+    return Surroundings(int(os.environ['ROS_DOMAIN_ID']), reliable=True, **rig)
 
 
 def check_disparity(message, shift=SHIFT, disparities=16):

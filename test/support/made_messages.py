@@ -19,17 +19,20 @@ def header(stamp=(12, 345), frame_id='left_optical'):
         stamp=SimpleNamespace(sec=stamp[0], nanosec=stamp[1]), frame_id=frame_id)
 
 
+def changed(message, changes):
+    message.__dict__.update(changes)
+    return message
+
+
 def image(pixels, pixel_encoding, padding=0, big_endian=False, as_data=bytes, **changes):
     """Return an image message of an array (R, C) or (R, C, channels), rows padded with 170."""
     rows, columns = pixels.shape[:2]
     stored = pixels.astype(pixels.dtype.newbyteorder('>' if big_endian else '<'))
     lines = np.frombuffer(stored.tobytes(), np.uint8).reshape(rows, -1)
     lines = np.pad(lines, ((0, 0), (0, padding)), constant_values=170)
-    message = SimpleNamespace(
+    return changed(SimpleNamespace(
         header=header(), height=rows, width=columns, encoding=pixel_encoding,
-        is_bigendian=int(big_endian), step=lines.shape[1], data=as_data(lines.tobytes()))
-    message.__dict__.update(changes)
-    return message
+        is_bigendian=int(big_endian), step=lines.shape[1], data=as_data(lines.tobytes())), changes)
 
 
 def compressed(content, form='jpeg'):
@@ -39,13 +42,11 @@ def compressed(content, form='jpeg'):
 
 def info(tx=0.0, cx=50.0, **changes):
     """Return a CameraInfo of a camera of 100x80, fx 200."""
-    message = SimpleNamespace(
+    return changed(SimpleNamespace(
         header=header(), height=80, width=100, binning_x=0, binning_y=0,
         distortion_model='plumb_bob', d=[0.0] * 5, k=[200.0, 0, cx, 0, 200.0, 40.0, 0, 0, 1],
         r=[1.0, 0, 0, 0, 1, 0, 0, 0, 1],
-        p=[200.0, 0, cx, tx, 0, 200.0, 40.0, 0, 0, 0, 1, 0], roi=region())
-    message.__dict__.update(changes)
-    return message
+        p=[200.0, 0, cx, tx, 0, 200.0, 40.0, 0, 0, 0, 1, 0], roi=region()), changes)
 
 
 def region(x_offset=0, y_offset=0, height=0, width=0):

@@ -14,6 +14,7 @@ import threading
 
 from repository import ROOT
 
+DISPARITY_NODE = 'fuzzy_stereo_ros.node.disparity_node'
 DOMAINS = range(1, 101)     # those whose ports lie below Linux's ephemeral ones
 # One is used again as late as can be: what is left of an earlier node would be in its graph. Each
 # process of a parallel run begins elsewhere.
@@ -53,8 +54,7 @@ def ros_environment(logs):
 class NodeProcess:
     """The node in a process of its own, with what it logs."""
 
-    def __init__(self, domain, *arguments, module='fuzzy_stereo_ros.node.disparity_node',
-                 before=()):
+    def __init__(self, domain, *arguments, module=DISPARITY_NODE, before=()):
         """Start the module's node in a domain; before: words before those of the process."""
         self._news = threading.Condition()
         self._lines, self._ended = [], False

@@ -6,7 +6,7 @@ import time
 from diagnostic_msgs.msg import DiagnosticArray
 from fuzzy_stereo_ros.node.simulated_cameras import SimulatedCameras
 from fuzzy_stereo_ros.pairs.messages import stamp_of
-from node_process import NodeProcess, SOON, START
+from node_process import DISPARITY_NODE, NodeProcess, SOON, START
 from rcl_interfaces.srv import DescribeParameters, GetParameters, SetParametersAtomically
 import rclpy
 from rclpy.executors import SingleThreadedExecutor
@@ -108,6 +108,19 @@ class Surroundings:
 
         return self.until(answered, f'answer of {client.srv_name}', timeout).result()
 
+    def parameters(self, *names, node='/disparity_node'):
+        """Return the values of parameters of a node, None for those that are not set."""
+        request = GetParameters.Request(names=names)
+        answer = self._ask(GetParameters, 'get_parameters', request, node)
+        return [parameter_value_to_python(value) for value in answer.values]
+
+    def _ask(self, kind, name, request, node='/disparity_node', **options):
+        client = self.listener.create_client(kind, f'{node}/{name}')
+        try:
+            return self.answer(client, request, **options)
+        finally:
+            self.listener.destroy_client(client)
+
     def match(self, left, right, stamp=None, change=None):
         """Publish a pair and return the DisparityImage that comes of it."""
         sent = self.rig.publish(left, right, stamp, change)
@@ -130,13 +143,9 @@ class Surroundings:
 class Bench(Surroundings):
     """The real node in its own process, in these surroundings."""
 
-    # node_type: called with a domain and command-line arguments, starts it.
-
-    node_type = NodeProcess
-
-    def __init__(self, domain, *arguments, best_effort=False, **rig):
+    def __init__(self, domain, *arguments, best_effort=False, module=DISPARITY_NODE, **rig):
         """
-        Start the node in a domain with command-line arguments; rig: of the SimulatedCameras.
+        Start the module's node in a domain with command-line arguments; rig: of SimulatedCameras.
 
         best_effort: as between real cameras and the node's defaults, where DDS may lose a message
         on a busy machine; else nothing is lost.
@@ -144,7 +153,7 @@ class Bench(Surroundings):
         if not best_effort:
             arguments, rig = (*arguments, *RELIABLE), {'reliable': True, **rig}
         super().__init__(domain, **rig)
-        self.node = self.node_type(domain, *arguments)
+        self.node = NodeProcess(domain, *arguments, module=module)
 
     def close(self):
         """End the node, where it still runs, and what is here."""
@@ -206,11 +215,6 @@ class Bench(Surroundings):
         self.node.logged('prepared, from the next pair on', after=mark, timeout=START)
         return done
 
-    def parameters(self, *names):
-        """Return the values of parameters, None for those that are not set."""
-        answer = self._ask(GetParameters, 'get_parameters', GetParameters.Request(names=names))
-        return [parameter_value_to_python(value) for value in answer.values]
-
     def descriptor(self, name):
         """Return the ParameterDescriptor of a parameter."""
         request = DescribeParameters.Request(names=[name])
@@ -220,10 +224,3 @@ class Bench(Surroundings):
         """Call a service of the node of type Trigger; return (done, sentence)."""
         answer = self._ask(Trigger, name, Trigger.Request(), again=SOON)
         return answer.success, answer.message
-
-    def _ask(self, kind, name, request, **options):
-        client = self.listener.create_client(kind, f'/disparity_node/{name}')
-        try:
-            return self.answer(client, request, **options)
-        finally:
-            self.listener.destroy_client(client)

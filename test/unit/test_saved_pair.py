@@ -7,6 +7,7 @@ import os
 from pathlib import Path
 import tempfile
 
+from command_output import contents
 from fuzzy_stereo_ros.matching import Match, MatcherConfig, StereoMatcher
 from fuzzy_stereo_ros.matching.out_of_range import EXTRA_LABELS
 from fuzzy_stereo_ros.matching.over_frames.state import LONGEST_GAP_NS
@@ -17,7 +18,6 @@ from fuzzy_stereo_ros.pairs.stereo_pair import StereoPair
 from fuzzy_stereo_ros.saved_pair import read_saved_pair, SavedPair, versions, write_saved_pair
 import numpy as np
 import pytest
-from rejected import contents
 from saved_scene import running
 
 FILES = {'left.png', 'right.png', 'pair.json', 'arrays.npz', 'README.txt'}

@@ -21,7 +21,6 @@ from rosbags.rosbag1 import Writer as Writer1
 from rosbags.rosbag2 import CompressionFormat, CompressionMode, Writer as Writer2
 
 PAIRS, LATE = 60, '/late'
-SUFFIXES = {'ros1': '.bag', 'sqlite3': '.db3', 'mcap': '.mcap'}
 CHUNK = 20          # pairs, at the most
 PAGE = 4096         # bytes, of a database
 ZEROS = bytes(100_000)      # what a file system puts where it knows a size and has no content
@@ -216,9 +215,9 @@ def test_a_database_whose_log_cannot_be_read_is_rejected_with_what_to_do(files, 
         BagReader([path])
 
 
-@pytest.mark.parametrize('form', ['sqlite3', 'mcap'])
-def test_a_folder_as_a_power_failure_leaves_it_is_read(tmp_path, form):
-    folder, suffix = tmp_path / 'recorded', SUFFIXES[form]
+@pytest.mark.parametrize('form, suffix', [('sqlite3', '.db3'), ('mcap', '.mcap')])
+def test_a_folder_as_a_power_failure_leaves_it_is_read(tmp_path, form, suffix):
+    folder = tmp_path / 'recorded'
     folder.mkdir()
     for number in range(3):
         bag = write_bag(tmp_path / f'recorded_{number}', form, made(), first=PAIRS * number)

@@ -14,12 +14,10 @@ def pair():
 
 
 @pytest.fixture
-def folder(tmp_path, monkeypatch, pair):
-    """Work in a folder with a pair, its truth, and a right image that does not fit."""
-    monkeypatch.chdir(tmp_path)
+def pair_folder(folder, pair):
+    """Work in a folder with a pair and its truth."""
     write_image('left.png', pair.left)
     write_image('right.png', pair.right)
-    write_image('small.png', pair.right[:, :-1])
     write_disparity('truth.pfm', pair.truth)
     write_image('visible.png', np.where(pair.visible, 255, 128).astype(np.uint8))
-    return tmp_path
+    return folder

@@ -2,13 +2,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """The command does what its options say, and rejects bad input with one sentence and code 2."""
 from dataclasses import fields, replace
-import json
 import os
 from pathlib import Path
 from random import Random
-import subprocess
-import sys
 
+from command_output import printed
 from fuzzy_stereo_ros.commands import match as match_command
 from fuzzy_stereo_ros.commands.command_line import main
 from fuzzy_stereo_ros.evaluation.scores import score
@@ -25,6 +23,7 @@ from fuzzy_stereo_ros.synthetic.scenes import make_pair
 import numpy as np
 import pytest
 from raw_camera import COLUMNS, RawCamera, ROWS
+from repository import COMMAND_LINE, printed_by
 from saved_scene import running
 
 PARAMETERS = {parameter.name: parameter for parameter in fields(MatcherConfig)}
@@ -63,11 +62,11 @@ def test_every_parameter_is_an_option_that_changes_it_and_nothing_else(name):
 
 @pytest.mark.parametrize('suffix, step', [('.pfm', 0), ('.npy', 0), ('.png', 1)])
 def test_match_writes_disparity_confidence_depth_and_points_of_one_match(
-        folder, pair, suffix, step, capsys):
+        pair_folder, pair, suffix, step, capsys):
     camera = centred_calibration(100.0, 0.5, 2.0, 48, 80)
-    assert main(match_arguments(
+    told = printed(capsys, *match_arguments(
         output=f'out{suffix}', confidence=f'sure{suffix}', depth=f'depth{suffix}',
-        points='points.ply', focal=100.0, baseline=0.5, offset=2.0, seed=7)) == 0
+        points='points.ply', focal=100.0, baseline=0.5, offset=2.0, seed=7))
     match = StereoMatcher(MatcherConfig(disparities=DISPARITIES, seed=7)).match(
         pair.left, pair.right, camera=Camera(*camera.left, camera.offset))
     found = read_disparity(f'out{suffix}')
@@ -82,12 +81,11 @@ def test_match_writes_disparity_confidence_depth_and_points_of_one_match(
     points = Path('points.ply').read_bytes()
     near = match.depth(camera) <= 100.0 * camera.baseline / 3
     assert f'element vertex {near.sum()}'.encode() in points
-    printed = capsys.readouterr().out
-    assert f'out{suffix}: 80x48 pixels of the left image' in printed
-    assert f'depth{suffix}: depth' in printed
+    assert f'out{suffix}: 80x48 pixels of the left image' in told
+    assert f'depth{suffix}: depth' in told
 
 
-def test_raw_images_are_rectified_by_their_calibration(folder):
+def test_raw_images_are_rectified_by_their_calibration(pair_folder):
     made = make_pair(ROWS, COLUMNS, 32, seed=3)
     for side, image, x, turn in zip(SIDES, made, (0, 0.1), ((0.02, -0.03, 0.015), (-0.02, 0, 0))):
         camera = RawCamera(turn=turn, right=x)
@@ -99,10 +97,9 @@ def test_raw_images_are_rectified_by_their_calibration(folder):
     assert close[made.visible].mean() > 0.75
 
 
-def test_json_holds_the_figures_and_nothing_else_is_printed(folder, pair, capsys):
+def test_json_holds_the_figures_and_nothing_else_is_printed(pair_folder, pair, capsys):
     truth = {'ground_truth': 'truth.pfm', 'mask': 'visible.png'}
-    assert main([*match_arguments(**truth, picture='picture.png'), '--json']) == 0
-    figures = json.loads(capsys.readouterr().out)
+    figures = printed(capsys, *match_arguments(**truth, picture='picture.png'), '--json')
     assert (figures['rows'], figures['columns'], figures['disparities']) == (48, 80, DISPARITIES)
     assert figures['output'] == 'out.pfm' and figures['picture'] == 'picture.png'
     assert figures['profile'] == 'realtime' and figures['reference'] == 'left'
@@ -113,7 +110,7 @@ def test_json_holds_the_figures_and_nothing_else_is_printed(folder, pair, capsys
     assert figures['ground_truth']['bad_sparse']['2.0'] == pytest.approx(expected.bad_sparse[2.0])
 
 
-def test_the_kernels_are_ready_before_the_time_is_taken(folder, monkeypatch):
+def test_the_kernels_are_ready_before_the_time_is_taken(pair_folder, monkeypatch):
     order = []
 
     class Watched(StereoMatcher):
@@ -130,17 +127,17 @@ def test_the_kernels_are_ready_before_the_time_is_taken(folder, monkeypatch):
 
 
 def test_an_output_that_cannot_be_written_is_named_and_leaves_nothing(
-        folder, capsys, monkeypatch):
+        pair_folder, capsys, monkeypatch):
     """Here because somebody has made a folder of that name in the meantime."""
     monkeypatch.setattr(match_command, 'write_disparity', lambda path, disparity: (
         path.mkdir(), write_disparity(path, disparity)))
     assert main(match_arguments()) == 2
     assert capsys.readouterr().err.endswith('fuzzy-stereo: out.pfm: Is a directory\n')
-    assert os.listdir(folder / 'out.pfm') == []
-    assert not [name for name in os.listdir(folder) if name.endswith('.part')]
+    assert os.listdir('out.pfm') == []
+    assert not [name for name in os.listdir() if name.endswith('.part')]
 
 
-def test_an_interrupt_ends_with_code_130_and_what_is_left_behind(folder, monkeypatch, capsys):
+def test_an_interrupt_ends_with_code_130_and_what_is_left_behind(pair_folder, monkeypatch, capsys):
     def interrupted(*arguments):
         raise KeyboardInterrupt
     monkeypatch.setattr(match_command, 'read_pair', interrupted)
@@ -148,25 +145,23 @@ def test_an_interrupt_ends_with_code_130_and_what_is_left_behind(folder, monkeyp
     assert capsys.readouterr().err == (
         'fuzzy-stereo: interrupted; no file is half written; one that is not written yet is as '
         'before\n')
-    assert not (folder / 'out.pfm').exists()
+    assert not (pair_folder / 'out.pfm').exists()
 
 
 def test_the_command_starts_without_the_libraries_that_are_optional():
     extras = ('argcomplete', 'av', 'dask', 'distributed', 'jinja2', 'matplotlib', 'pandas',
               'rosbags', 'tabulate')
-    subprocess.run([sys.executable, '-c', (
-        f'import sys; sys.modules.update(dict.fromkeys({extras}))\n'
-        'from fuzzy_stereo_ros.commands.command_line import main\n'
-        "main(['--version'])")], check=True)
+    printed_by('-c', f'import sys; sys.modules.update(dict.fromkeys({extras}))\n'
+               'from fuzzy_stereo_ros.commands.command_line import main\n'
+               "main(['--version'])")
 
 
 # ---- benchmark ----
 
 
 def test_benchmark_measures_latency_processor_time_and_memory_of_each_matcher(capsys):
-    assert main(['benchmark', '--columns', '96', '--rows', '48', '--disparities', '16',
-                 '--repeats', '2', '--threads', '1', '--json']) == 0
-    report = json.loads(capsys.readouterr().out)
+    report = printed(capsys, 'benchmark', '--columns', 96, '--rows', 48, '--disparities', 16,
+                     '--repeats', 2, '--threads', 1, '--json')
     (table,) = report['tables']
     assert table['title'] == '96x48, 16 disparities' and report['settings']['threads'] == '1 each'
     assert [row[0] for row in table['rows']] == [
@@ -181,21 +176,18 @@ def test_benchmark_measures_latency_processor_time_and_memory_of_each_matcher(ca
 
 
 @pytest.fixture
-def report(tmp_path, monkeypatch):
+def report(folder):
     """Work in a folder with a pair that was matched warm, saved as `report`."""
-    monkeypatch.chdir(tmp_path)
     write_saved_pair('report', running()[2])
-    return tmp_path / 'report'
+    return folder / 'report'
 
 
-def figures_of(capsys, *arguments, code=0):
-    assert main(['match', '--saved', 'report', *arguments, '--json']) == code
-    return json.loads(capsys.readouterr().out)
+def told_of_report(capsys, *words, code=0):
+    return printed(capsys, 'match', '--saved', 'report', *words, code=code)
 
 
 def test_a_saved_pair_is_matched_to_the_same_bits(report, capsys):
-    assert main(['match', '--saved', 'report']) == 0
-    told = capsys.readouterr().out.splitlines()
+    told = told_of_report(capsys).splitlines()
     assert told[0].startswith('report: 100x60 pixels of the left image')
     assert told[1].endswith('parameters as saved, without compile time)')
     assert told[2] == 'remark: fx is 501 in the left and 500.25 in the right camera_info'
@@ -210,12 +202,11 @@ def test_a_difference_is_counted_and_measured_and_ends_with_code_1(report, capsy
     maps['disparity'][tuple(valid.T)] += np.float32([0.5, -2.25, np.nan])
     maps['confidence'][0, 0] += np.float32(2)
     np.savez(report / 'arrays.npz', **maps)
-    found = figures_of(capsys, code=1)['saved']
+    found = told_of_report(capsys, '--json', code=1)['saved']
     assert not found['same']
     assert found['differences']['disparity'] == {'pixels': 3, 'largest': 2.25, 'valid_in_one': 1}
     assert found['differences']['confidence'] == {'pixels': 1, 'largest': 2.0, 'valid_in_one': 0}
-    assert main(['match', '--saved', 'report']) == 1
-    assert capsys.readouterr().out.splitlines()[4:] == [
+    assert told_of_report(capsys, code=1).splitlines()[4:] == [
         'not the same as saved: disparity differs in 3 pixels (by 2.25 at most, 1 valid in '
         'only one of the two), confidence differs in 1 pixels (by 2 at most, 0 valid in only '
         'one of the two)']
@@ -227,38 +218,34 @@ def test_a_difference_is_counted_and_measured_and_ends_with_code_1(report, capsy
 ])
 def test_an_option_changes_the_saved_parameter_and_nothing_is_promised(
         report, capsys, words, changed):
-    found = figures_of(capsys, *words)
+    found = told_of_report(capsys, *words, '--json')
     assert found['saved']['changed'] == changed
     assert not found['saved']['same']
     assert found['disparities'] == 24
-    assert main(['match', '--saved', 'report', *words]) == 0
-    told = capsys.readouterr().out.splitlines()
+    told = told_of_report(capsys, *words).splitlines()
     names = ', '.join(changed)
     assert f'parameters as saved but for {names}, without' in told[1]
     assert told[-1] == f'results may differ, as these parameters are not those saved: {names}'
 
 
-def test_what_was_saved_with_a_deadline_is_matched_without_one(tmp_path, monkeypatch, capsys):
+def test_what_was_saved_with_a_deadline_is_matched_without_one(folder, capsys):
     """One deadline that is never met, and one at which no generation can start."""
-    monkeypatch.chdir(tmp_path)
     write_saved_pair('report', running(deadline_ms=3_600_000.0)[0])
-    found = figures_of(capsys)['saved']
+    found = told_of_report(capsys, '--json')['saved']
     assert found['same'] and found['changed'] == {} and found['deadline_ms'] == 3_600_000
-    (tmp_path / 'report').rename('unhurried')
+    (folder / 'report').rename('unhurried')
     write_saved_pair('report', running('paper', deadline_ms=1e-6, frames=1, generations=1)[0])
-    assert figures_of(capsys, code=1)['generations'] == 1
-    assert main(['match', '--saved', 'report']) == 1
-    assert capsys.readouterr().out.splitlines()[-1] == (
+    assert told_of_report(capsys, '--json', code=1)['generations'] == 1
+    assert told_of_report(capsys, code=1).splitlines()[-1] == (
         'it was saved with a deadline of 1e-06 ms and matched without one now; only without one '
         'are results the same on every run')
-    changed = figures_of(capsys, '--deadline-ms', '0.000001')
+    changed = told_of_report(capsys, '--json', '--deadline-ms', '0.000001')
     assert changed['saved']['changed'] == {'deadline_ms': 1e-6} and changed['generations'] == 0
 
 
 def test_the_shell_completes_commands_and_their_options(tmp_path):
     pytest.importorskip('argcomplete', reason='the extra completion is not installed')
     line, answer = 'fuzzy-stereo match --profile qua', tmp_path / 'answer'
-    subprocess.run([sys.executable, '-m', 'fuzzy_stereo_ros.commands.command_line'], env={
-        **os.environ, '_ARGCOMPLETE': '1', 'COMP_LINE': line, 'COMP_POINT': str(len(line)),
-        '_ARGCOMPLETE_STDOUT_FILENAME': str(answer)}, check=True)
+    printed_by('-m', COMMAND_LINE, _ARGCOMPLETE='1', COMP_LINE=line, COMP_POINT=str(len(line)),
+               _ARGCOMPLETE_STDOUT_FILENAME=str(answer))
     assert answer.read_text().strip() == 'quality'

@@ -16,6 +16,7 @@ from hypothesis.extra import numpy as arrays
 import numpy as np
 import pytest
 
+pytestmark = pytest.mark.usefixtures('folder')
 NAN, INF = np.nan, np.inf
 FOCAL, BASELINE, OFFSET = 400.0, 0.25, -3.0
 CAMERAS = ['--focal', f'{FOCAL}', '--baseline', f'{BASELINE}', '--offset', f'{OFFSET}']
@@ -28,11 +29,6 @@ def maps(low, high, *others):
     """Return a strategy for float32 (R, C) with numbers, NaN and other values."""
     return arrays.arrays(np.float32, SHAPES, elements=st.one_of(
         st.sampled_from([NAN, *others]), st.floats(np.float32(low), np.float32(high), width=32)))
-
-
-@pytest.fixture(autouse=True)
-def here(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
 
 
 def done(*words):

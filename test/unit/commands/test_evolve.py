@@ -1,9 +1,9 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """`fuzzy-stereo evolve` tells and draws what happens."""
-import json
 import os
 
+from command_output import printed
 from fuzzy_stereo_ros.commands import evolve
 from fuzzy_stereo_ros.commands.command_line import main
 from fuzzy_stereo_ros.evaluation.scores import score
@@ -19,13 +19,12 @@ import pytest
 DISPARITIES = 16
 
 
-@pytest.fixture
-def folder(folder, monkeypatch):
+@pytest.fixture(autouse=True)
+def here(pair_folder, monkeypatch):
     """Work in a folder with a pair, its truth, and files that are in the way; draw little."""
     monkeypatch.setattr(evolution, 'DOTS', (50, 200))
     for name in ('there.png', 'there.avi'):
-        (folder / name).write_text('the one before')
-    return folder
+        (pair_folder / name).write_text('the one before')
 
 
 def words_for(*more, **changes):
@@ -35,10 +34,10 @@ def words_for(*more, **changes):
         for word in (option_name(name), str(value)))]
 
 
-def test_json_holds_every_generation_and_how_good_the_result_is(folder, pair, capsys):
-    assert main(words_for('--json', '--fill', profile='paper', population=8,
-                          generations=3, ground_truth='truth.pfm', mask='visible.png')) == 0
-    figures = json.loads(capsys.readouterr().out)
+def test_json_holds_every_generation_and_how_good_the_result_is(pair, capsys):
+    figures = printed(capsys, *words_for(
+        '--json', '--fill', profile='paper', population=8, generations=3,
+        ground_truth='truth.pfm', mask='visible.png'))
     match = StereoMatcher(MatcherConfig.from_profile(
         'paper', disparities=DISPARITIES, population=8, generations=3,
         fill=True)).match(pair.left, pair.right)
@@ -57,7 +56,7 @@ def test_json_holds_every_generation_and_how_good_the_result_is(folder, pair, ca
 
 
 def test_picture_and_video_are_written_and_printed_and_replace_others_where_that_is_said(
-        folder, monkeypatch, capsys):
+        monkeypatch, capsys):
     """The video has a frame for each generation and repeats the last."""
     drawn, write = [], EvolutionFilm.write
 
@@ -79,7 +78,7 @@ def test_picture_and_video_are_written_and_printed_and_replace_others_where_that
     assert not [name for name in os.listdir() if '.part' in name]
 
 
-def test_an_interrupted_video_has_the_observed_generations(folder, monkeypatch, capsys):
+def test_an_interrupted_video_has_the_observed_generations(monkeypatch, capsys):
     observe_generations = evolve.observe_generations
 
     def interrupted(config, left, right, tell):
@@ -94,4 +93,4 @@ def test_an_interrupted_video_has_the_observed_generations(folder, monkeypatch, 
                           picture='out.png')) == 130
     assert 'a video ends with the last generation' in capsys.readouterr().err
     assert len(film('out.avi')[0]) == 2 + STAY * RATES[0]
-    assert not (folder / 'out.png').exists()
+    assert not os.path.exists('out.png')

@@ -1,10 +1,11 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """What the commands say where little can be matched, and of rows that do not fit each other."""
-import json
+from functools import partial
 from pathlib import Path
 
 from bench.conditions import misaligned
+from command_output import printed
 from fuzzy_stereo_ros.commands.command_line import main
 from fuzzy_stereo_ros.pairs.camera_files import (
     centred_calibration, rectified_cameras, write_camera)
@@ -24,17 +25,9 @@ SWAPPED = MADE._replace(left=MADE.right, right=MADE.left)
 
 
 @pytest.fixture
-def told(tmp_path, monkeypatch, capsys):
+def told(folder, capsys):
     """Work in a folder; return a function that gives what a command prints, lines or JSON."""
-    monkeypatch.chdir(tmp_path)
-
-    def run(*words):
-        capsys.readouterr()
-        assert main([*map(str, words)]) == 0
-        printed = capsys.readouterr().out
-        return json.loads(printed) if '--json' in words else printed
-
-    return run
+    return partial(printed, capsys)
 
 
 def match_of(left, right, *options, disparities=DISPARITIES):
@@ -49,9 +42,9 @@ def test_no_figure_of_nothing_is_printed_and_evolve_rejects_a_truth_of_nothing(t
     write_disparity('truth.pfm', np.full(BLACK, 5, np.float32))
     words = match_of(*np.zeros((2, *BLACK), np.uint8), '--ground-truth', 'truth.pfm',
                      disparities=16)
-    printed, mask = told(*words), ('--mask', 'mask.png')
-    assert 'none of 6000 pixels with ground truth has a disparity' in printed
-    assert 'nan' not in printed
+    said, mask = told(*words), ('--mask', 'mask.png')
+    assert 'none of 6000 pixels with ground truth has a disparity' in said
+    assert 'nan' not in said
     write_image('mask.png', np.zeros(BLACK, np.uint8))
     assert 'no pixel has ground truth' in told(*words, *mask).splitlines()
     assert main(['evolve', *map(str, words[1:5]), *words[-2:], *mask]) != 0
@@ -71,9 +64,9 @@ def test_match_tells_the_cause_and_the_rows_in_words_and_in_json(told):
     assert (hint['cause'], hint['warns']) == ('swapped', True)
     assert f"hint: {hint['sentence']}" in told(*words).splitlines()
     words = match_of(*SHIFTED[:2])
-    found, printed = told(*words, '--json'), told(*words)
+    found, said = told(*words, '--json'), told(*words)
     assert_shifted(found['misalignment'])
-    assert f"row offset: {found['row_offset']}" in printed.splitlines() and 'hint' not in printed
+    assert f"row offset: {found['row_offset']}" in said.splitlines() and 'hint' not in said
 
 
 # ---- the cameras ----

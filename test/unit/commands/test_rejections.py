@@ -5,6 +5,7 @@ import re
 import sys
 
 from bench.__main__ import main as bench
+from command_output import rejection
 from fuzzy_stereo_ros.commands import evolve, match
 from fuzzy_stereo_ros.commands.command_line import main
 from fuzzy_stereo_ros.pairs.camera_files import centred_calibration, write_middlebury_calibration
@@ -13,7 +14,6 @@ from fuzzy_stereo_ros.pairs.image_files import write_image
 from fuzzy_stereo_ros.synthetic.scenes import make_pair
 import numpy as np
 import pytest
-from rejected import rejection
 from written_scenes import pair, write_images, write_named
 
 MATCH, EVOLVE = (f'{name} left.png right.png --disparities ' for name in ('match', 'evolve'))

@@ -1,9 +1,9 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """What `fuzzy-stereo suggest` and `--disparities auto` find in pairs."""
-import json
 import re
 
+from command_output import printed, rejection
 from fuzzy_stereo_ros.commands.command_line import main
 from fuzzy_stereo_ros.matching import MatcherConfig, search_range as automatic, StereoMatcher
 from fuzzy_stereo_ros.matching.plausibility import PlausibilityCheck
@@ -11,7 +11,6 @@ from fuzzy_stereo_ros.matching.search_range import search_range
 from fuzzy_stereo_ros.synthetic.scenes import make_pair
 import numpy as np
 import pytest
-from rejected import rejection
 import yaml
 
 LARGEST = 40
@@ -26,17 +25,10 @@ def made(tmp_path_factory):
 
 
 @pytest.fixture
-def folder(tmp_path, monkeypatch, made):
+def folder(folder, made):
     """Work in a folder with a synthetic sequence."""
-    monkeypatch.chdir(tmp_path)
-    (tmp_path / 'made').symlink_to(made)
-    return tmp_path
-
-
-def printed(capsys, *words):
-    """Return what a command prints."""
-    assert main([*map(str, words)]) == 0
-    return capsys.readouterr().out
+    (folder / 'made').symlink_to(made)
+    return folder
 
 
 def test_suggested_parameters_are_a_file_for_the_node_whose_range_holds_the_truth(folder, capsys):
@@ -51,8 +43,7 @@ def test_suggested_parameters_are_a_file_for_the_node_whose_range_holds_the_trut
 
 
 @pytest.mark.parametrize('bits', ['8', '12'])
-def test_noise_is_told_where_texture_does_not_hide_it(tmp_path, monkeypatch, capsys, bits):
-    monkeypatch.chdir(tmp_path)
+def test_noise_is_told_where_texture_does_not_hide_it(folder, capsys, bits):
     printed(capsys, *MAKE, 'noisy', '--noise', 4, '--contrast', 0.1, '--bits', bits)
     level, advice = re.search(r'# noise of (.+) grey levels or more(.*)',
                               printed(capsys, 'suggest', 'noisy')).groups()
@@ -63,7 +54,7 @@ def test_an_automatic_range_is_the_suggested_one_and_no_option_is_needed(folder,
     words = ['match', 'made/left/0000.png', 'made/right/0000.png', '--output', 'a.npy', '--json',
              '--overwrite']
     auto = '--disparities', 'auto'
-    default, found = (json.loads(printed(capsys, *words, *options))['disparities']
+    default, found = (printed(capsys, *words, *options)['disparities']
                       for options in ((), auto))
     assert default == 64 and LARGEST - 2 <= found <= 2 * LARGEST
     replay = 'replay', 'made', *auto, '--output'

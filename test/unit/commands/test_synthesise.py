@@ -1,12 +1,12 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """What `fuzzy-stereo synthesise` writes is the made scene and its cameras, as a whole or not."""
-import json
 import os
 from pathlib import Path
 import shlex
 from unittest import mock
 
+from command_output import printed
 from fuzzy_stereo_ros.commands import synthesise
 from fuzzy_stereo_ros.commands.command_line import main
 from fuzzy_stereo_ros.pairs.calibration import expected_size, read_calibration
@@ -18,6 +18,7 @@ from fuzzy_stereo_ros.synthetic.scenes import BASELINE, FOCAL, make_sequence
 import numpy as np
 import pytest
 
+pytestmark = pytest.mark.usefixtures('folder')
 SMALL = ['--columns', '70', '--rows', '40', '--disparities', '16']
 SEQUENCE = [*SMALL, '--frames', '3', '--seed', '4', '--poles', '2', '--pan', '3', '--motion', '2',
             '--noise', '1', '--exposure', '0.9', '--flicker', '0.1',
@@ -25,11 +26,6 @@ SEQUENCE = [*SMALL, '--frames', '3', '--seed', '4', '--poles', '2', '--pan', '3'
 MADE = {'rows': 40, 'columns': 70, 'disparities': 16, 'frames': 3, 'seed': 4, 'poles': 2,
         'pan': 3.0, 'motion': 2.0, 'noise': 1.0, 'exposure': 0.9, 'flicker': 0.1,
         'min_disparity': 2}
-
-
-@pytest.fixture(autouse=True)
-def here(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
 
 
 def synthesised(*words):
@@ -64,11 +60,10 @@ def test_the_files_hold_the_scene_that_the_options_make_and_what_is_told_to_do_n
         cameras = read_cameras([Path('scene', name) for name in names])
         assert_calibrated(*cameras)
         assert expected_size(cameras[1]) == (40, 70)
-    printed = capsys.readouterr().out.splitlines()
-    assert printed[0] == 'scene: 3 pairs of 70x40 pixels, 16 disparities from 2 px'
-    words = shlex.split(printed[1].removeprefix('match the first: fuzzy-stereo '))
-    assert main([*words, '--json']) == 0
-    truth = json.loads(capsys.readouterr().out)['ground_truth']
+    first, second, *_ = capsys.readouterr().out.splitlines()
+    assert first == 'scene: 3 pairs of 70x40 pixels, 16 disparities from 2 px'
+    words = shlex.split(second.removeprefix('match the first: fuzzy-stereo '))
+    truth = printed(capsys, *words, '--json')['ground_truth']
     assert truth['pixels'] == np.count_nonzero(next(make_sequence(**MADE)).visible)
 
 

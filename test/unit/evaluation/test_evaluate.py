@@ -273,11 +273,10 @@ def test_csv_and_json_hold_the_same_figures(tmp_path, capsys):
      'low, opencv:bm: OpenCV cannot match 72x10 pixels with 9 disparities: '),
 ])
 def test_a_scene_that_cannot_be_matched_is_named_with_its_matcher(
-        tmp_path, monkeypatch, words, reason, capsys):
-    monkeypatch.chdir(tmp_path)
-    write_named(tmp_path / 'scene', pair())
-    write_named(tmp_path / 'low', make_pair(10, WIDTH, 9))
+        folder, words, reason, capsys):
+    write_named(folder / 'scene', pair())
+    write_named(folder / 'low', make_pair(10, WIDTH, 9))
     assert main(['evaluate', *words, '--csv', 'out.csv']) == 2
     printed = capsys.readouterr()
     assert reason in printed.err.splitlines()[-1]
-    assert not printed.out and not (tmp_path / 'out.csv').exists()
+    assert not printed.out and not (folder / 'out.csv').exists()

@@ -2,9 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """What `fuzzy-stereo evaluate` measures of pairs whose disparities nobody knows."""
 import csv
-import json
 
-from fuzzy_stereo_ros.commands.command_line import main
+from command_output import printed
 from fuzzy_stereo_ros.synthetic.scenes import make_sequence
 import numpy as np
 import pytest
@@ -14,22 +13,18 @@ pytest.importorskip('jinja2', reason='the extra evaluate is not installed')
 
 
 @pytest.fixture
-def folder(tmp_path, monkeypatch):
+def folder(folder):
     """Work in a folder with the frames of a still scene, and with those of no scene."""
-    monkeypatch.chdir(tmp_path)
     for number, pair in enumerate(make_sequence(60, 120, 24, 3, seed=3, noise=3.0)):
-        write_images(tmp_path, pair, f'left/{number}.png', f'right/{number}.png')
-        write_images(tmp_path, pair._replace(right=np.random.default_rng(number).integers(
+        write_images(folder, pair, f'left/{number}.png', f'right/{number}.png')
+        write_images(folder, pair._replace(right=np.random.default_rng(number).integers(
             0, 255, pair.left.shape, np.uint8)), f'left/{number}.png', f'unlike/{number}.png')
-    return tmp_path
+    return folder
 
 
 def records(capsys, *words):
-    capsys.readouterr()
-    assert main(['evaluate', *words, '--repeats', '1', '--json']) == 0, capsys.readouterr().err
-    return {(one['matcher'], one['start']): one
-            for one in json.loads(capsys.readouterr().out)['records']
-            if one['map'] == 'as it comes'}
+    found = printed(capsys, 'evaluate', *words, '--repeats', 1, '--json')['records']
+    return {(one['matcher'], one['start']): one for one in found if one['map'] == 'as it comes'}
 
 
 def test_maps_agree_where_both_images_show_the_scene_and_not_where_they_show_two(folder, capsys):
@@ -48,10 +43,8 @@ def test_a_folder_of_scenes_is_measured_scene_by_scene_and_in_the_mean(folder, c
     for number, pair in enumerate(make_sequence(60, 120, 24, 2, noise=3.0)):
         write_images(folder / 'data' / str(number), pair._replace(  # of two sizes
             left=pair.left[number:], right=pair.right[number:]), 'left.png', 'right.png')
-    words = ['evaluate', 'data', '--repeats', '1', '--matcher', 'ours', 'opencv:bm', '--csv',
-             'rows.csv', '--html', 'page.html']
-    assert main(words) == 0
-    told = capsys.readouterr().out
+    told = printed(capsys, 'evaluate', 'data', '--repeats', 1, '--matcher', 'ours', 'opencv:bm',
+                   '--csv', 'rows.csv', '--html', 'page.html')
     assert 'mean of 2' in told and 'truth, each' in told
     rows = [*csv.DictReader((folder / 'rows.csv').read_text().splitlines())]
     assert [(one['name'], one['matcher']) for one in rows[::2]] == [

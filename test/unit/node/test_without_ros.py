@@ -2,10 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """What needs ROS says so in a sentence where there is none."""
 import os
-import subprocess
-import sys
 
-from repository import ROOT
+from repository import ROOT, run_python
 
 # One process imports what needs no ROS, and forks for each program, to start it as a user does.
 START_EACH = r"""
@@ -36,8 +34,7 @@ PROGRAMS = [*(f'fuzzy_stereo_ros.node.{name}' for name in (
 
 def test_without_all_or_some_of_ros_a_program_ends_with_a_sentence():
     path = os.pathsep.join([str(ROOT), os.environ.get('PYTHONPATH', '')])
-    ended = subprocess.run([sys.executable, '-c', START_EACH, *PROGRAMS], capture_output=True,
-                           text=True, env={**os.environ, 'PYTHONPATH': path})
+    ended = run_python('-c', START_EACH, *PROGRAMS, PYTHONPATH=path)
     assert ended.stdout.splitlines() == [f'{one} 1' for one in PROGRAMS for _ in range(2)]
     told = ended.stderr.splitlines()
     assert len(told) == 2 * len(PROGRAMS) > 12

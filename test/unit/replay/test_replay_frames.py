@@ -17,12 +17,11 @@ STEP = 100_000_000      # ns, at the usual rate
 
 
 @pytest.fixture
-def folder(tmp_path, monkeypatch):
+def folder(folder):
     """Work in a folder with the frames of two cameras."""
-    monkeypatch.chdir(tmp_path)
     for number, pair in enumerate(scene()):
-        write_images(tmp_path, pair, f'left/left_{number}.png', f'right/right_{number}.png')
-    return tmp_path
+        write_images(folder, pair, f'left/left_{number}.png', f'right/right_{number}.png')
+    return folder
 
 
 def maps(output):

@@ -5,11 +5,11 @@ from functools import partial
 import io
 import sys
 
+from command_output import contents
 from fuzzy_stereo_ros import __version__
 from fuzzy_stereo_ros.replay import segments
 from made_bags import disparities, TOPICS, write_bag
 import pytest
-from rejected import contents
 from replayed import rejection, replay, run
 
 OTHER_VERSION = "import fuzzy_stereo_ros; fuzzy_stereo_ros.__version__ = '0.0.7'"

@@ -2,10 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """What is told of an evolution is what happened, and telling changes no bit of it."""
 from dataclasses import replace
-import json
 
+from command_output import printed, rejection
 import cv2
-from fuzzy_stereo_ros.commands.command_line import main
 from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
 from fuzzy_stereo_ros.matching.paper.fitness import Lineage
 from fuzzy_stereo_ros.synthetic.scenes import make_pair
@@ -17,7 +16,6 @@ from made_scenes import bits, matched
 from matplotlib.colors import to_rgb
 import numpy as np
 import pytest
-from rejected import rejection
 from written_scenes import write_images
 
 SHAPE = 60, 100
@@ -141,12 +139,11 @@ FRAMES = 2
 
 
 @pytest.fixture
-def folders(tmp_path, monkeypatch):
+def folders(folder):
     """Return two folders of images in the working folder."""
-    monkeypatch.chdir(tmp_path)
     for number in range(FRAMES):
-        write_images(tmp_path, PAIR, f'left/{number:02}.png', f'right/{number:02}.png')
-    return tmp_path / 'left', tmp_path / 'right'
+        write_images(folder, PAIR, f'left/{number:02}.png', f'right/{number:02}.png')
+    return folder / 'left', folder / 'right'
 
 
 def watched_frames(config, pairs):
@@ -207,14 +204,12 @@ def test_genes_are_of_the_half_size_map_then_of_the_previous_best_until_a_cut(pr
 def test_two_folders_are_a_sequence_of_frames(folders, tmp_path, capsys):
     pytest.importorskip('matplotlib')
     film = tmp_path / 'frames.avi'
-    told = ['evolve', *map(str, folders), '--disparities', '24', '--profile', 'fast']
-    assert main([*told, '--video', str(film)]) == 0
-    assert f'{film}: written' in capsys.readouterr().out
+    told = ['evolve', *folders, '--disparities', 24, '--profile', 'fast']
+    assert f'{film}: written' in printed(capsys, *told, '--video', film)
     pictures = cv2.VideoCapture(str(film)).get(cv2.CAP_PROP_FRAME_COUNT)
     assert pictures == FRAMES + STAY * RATES[0]
     (folders[1] / '01.png').unlink()        # those of both are left
-    assert main([*told, '--json']) == 0
-    found = json.loads(capsys.readouterr().out)
+    found = printed(capsys, *told, '--json')
     assert [frame['number'] for frame in found['frames']] == [1]
 
 

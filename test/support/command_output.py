@@ -1,9 +1,18 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""What a command says of input that it cannot take."""
+"""What a command prints, and what it says of input that it cannot take."""
+import json
 from pathlib import Path
 
 from fuzzy_stereo_ros.commands.command_line import main
+
+
+def printed(capsys, *words, code=0):
+    """Return what a command prints that ends with a code; with --json, what is in it."""
+    capsys.readouterr()
+    assert main([*map(str, words)]) == code, capsys.readouterr().err
+    out = capsys.readouterr().out
+    return json.loads(out) if '--json' in words else out
 
 
 def rejection(capsys, *words, run=main):
