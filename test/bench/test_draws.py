@@ -62,9 +62,6 @@ def test_a_draw_is_the_same_each_time_and_others_differ(make):
         assert np.mean(getattr(first, side) != getattr(other, side)) > 0.5
 
 
-# ---- warm ----
-
-
 OUTLIER = 2.0       # px from which an error is no bias
 
 

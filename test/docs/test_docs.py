@@ -85,9 +85,6 @@ def test_every_test_that_a_page_names_exists(page):
     assert set(re.findall(r'\btest_\w+', text_of(page))) <= names
 
 
-# ---- the sentences that the page of troubles quotes are those of the code ----
-
-
 NAME = 'docs/troubleshooting.md'
 CODE = [ROOT / name for name in ('fuzzy_stereo_ros', 'launch')]
 

@@ -175,7 +175,7 @@ def test_any_text_is_yaml_or_is_rejected(text):
         assert str(error) and '\n' not in str(error)
 
 
-# ---- saved pairs ----
+# ---- saved pairs, and what a replay has written ----
 
 
 @pytest.fixture(scope='module')
@@ -248,9 +248,6 @@ def test_arrays_that_unpack_to_more_than_the_file_are_rejected_unread(saved, pla
     folder = place('arrays.npz', archive(labels=np.zeros(2**27, np.uint8)))
     with rejected_unread('its arrays are larger than the file'):
         read_saved_pair(folder)
-
-
-# ---- what a replay has written ----
 
 
 @pytest.fixture(scope='module')

@@ -142,8 +142,6 @@ def test_a_stamp_that_is_no_whole_number_is_rejected_and_the_next_frame_is_as_wi
     np.testing.assert_array_equal(found.disparity, expected.disparity)
 
 
-# ---- values of parameters ----
-
 NAMES = [field.name for field in fields(MatcherConfig)]
 VALUES = st.one_of(
     st.none(), st.booleans(), st.integers(), st.floats(), st.text(max_size=9), st.binary(),

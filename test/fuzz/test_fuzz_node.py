@@ -56,7 +56,6 @@ class SpoiltPairs:
                      for topic in TOPICS}
 
     def send(self, pair, moment, spoilt):
-        """Send a pair of images."""
         # moment: (s, ns), the stamp of all four; None is now; `EACH`, that of each stand-in.
         # spoilt: {topic: stand-in of a message, or a function of its bytes that returns others};
         # what is not there is sound.
@@ -119,7 +118,6 @@ def put(drawn, message, stamped):
 
 
 def stamp(message, second, nanosecond):
-    """Give a message a stamp."""
     message.header.stamp.sec, message.header.stamp.nanosec = second, nanosecond
 
 

@@ -41,7 +41,7 @@ def without_speckles(labels, validity, step, smallest):
     return validity
 
 
-# ---- fills ----
+# ---- fills and medians ----
 
 
 def filled_by_rows(labels, validity):
@@ -61,9 +61,6 @@ def filled_by_rows(labels, validity):
                 ends = left if hidden or 2 * column <= left[0] + right[0] else right
             filled[row, column] = labels[row, ends[0]]
     return filled
-
-
-# ---- medians ----
 
 
 def membership_median(labels, grey, reach):

@@ -23,8 +23,6 @@ import pytest
 
 
 class Case(NamedTuple):
-    """A launch."""
-
     # launch: returns what is launched; check(test): called with a `TestTheLaunched` once a line
     # is printed, `begun`; rig: options of the simulated cameras; wanted: namespace of the outputs.
 
@@ -39,9 +37,6 @@ def matches(test, **expected):
     """See that pairs are matched; return the disparity of the first."""
     test.connect()
     check_disparity(test.around.first_match(*PAIR), **expected)
-
-
-# ---- our launch file ----
 
 
 def is_brought_up_by_a_lifecycle_manager(test):
@@ -201,11 +196,9 @@ class TestTheLaunched(unittest.TestCase):
         self.around.until(self.around.rig.subscribed, 'the node subscribes to the rig')
 
     def test_it_does_what_it_says(self):
-        """See what the case is about."""
         self.case.check(self)
 
     def printed(self):
-        """Return what the processes have printed."""
         return b''.join(event.text for event in self.output).decode()
 
     def logged(self, text):
@@ -220,10 +213,7 @@ class TestTheLaunched(unittest.TestCase):
 
 @launch_testing.post_shutdown_test()
 class TestTheEnd(unittest.TestCase):
-    """What holds after each launch."""
-
     def test_every_process_ended_with_code_0(self, proc_info):
-        """See the exit codes."""
         launched.asserts.assertExitCodes(proc_info, [0])
 
     @classmethod

@@ -62,7 +62,6 @@ def compare(here, emulated):
 
 
 def main(folder):
-    """Return the exit code."""
     emulator = shutil.which('qemu-aarch64') or shutil.which('qemu-aarch64-static')
     if not emulator or not shutil.which('mmdebstrap'):
         print('aarch64 is skipped: it needs qemu-aarch64 and mmdebstrap, which Debian and Ubuntu '

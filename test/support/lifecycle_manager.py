@@ -19,7 +19,6 @@ class Manager:
             around.until(client.service_is_ready, client.srv_name, timeout=START)
 
     def state(self):
-        """Return the label of the state."""
         answer = self._around.answer(self._clients[GetState], GetState.Request(), START)
         return answer.current_state.label
 

@@ -50,7 +50,6 @@ def info(tx=0.0, cx=50.0, **changes):
 
 
 def region(x_offset=0, y_offset=0, height=0, width=0):
-    """Return a region of interest."""
     return SimpleNamespace(x_offset=x_offset, y_offset=y_offset, height=height, width=width)
 
 
@@ -99,7 +98,6 @@ def empty_message(**fields):
 
 
 def empty_disparity():
-    """Return an empty DisparityImage."""
     return empty_message(image=empty_message(), valid_window=SimpleNamespace())
 
 

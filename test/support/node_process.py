@@ -101,11 +101,9 @@ class NodeProcess:
         return self._process.pid
 
     def alive(self):
-        """Return whether it still runs."""
         return self._process.poll() is None
 
     def send(self, number):
-        """Send a signal."""
         self._process.send_signal(number)
 
     def finish(self, number=signal.SIGINT, timeout=SOON):

@@ -38,7 +38,6 @@ class RawCamera:
         return cv2.Rodrigues(np.array(self.turn))[0]
 
     def info(self, **changes):
-        """Return the camera's CameraInfo."""
         (fx, fy), (cx, cy) = self.focal, self.centre
         return info(**{
             'height': ROWS, 'width': COLUMNS, 'distortion_model': self.model,

@@ -216,7 +216,6 @@ class Bench(Surroundings):
         return done
 
     def descriptor(self, name):
-        """Return the ParameterDescriptor of a parameter."""
         request = DescribeParameters.Request(names=[name])
         return self._ask(DescribeParameters, 'describe_parameters', request).descriptors[0]
 

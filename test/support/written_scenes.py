@@ -23,7 +23,6 @@ def frames(count, seed=1):
 
 
 def with_hole(made):
-    """Return a `ScenePair` whose truth has a hole."""
     made.truth[HOLE] = np.nan
     made.visible[HOLE] = False
     return made

@@ -59,7 +59,7 @@ def assert_same_bits(one, two):
     assert one.warm == two.warm
 
 
-# ---- what is matched again ----
+# ---- what is read and matched again ----
 
 
 @pytest.mark.parametrize('frame', [0, 2])
@@ -84,9 +84,6 @@ def test_the_previous_frame_is_given_on_where_it_took_no_part():
     again = through_files(replace(saved, pair=late, match=match))
     assert_equal(again.state, saved.state)
     assert_same_bits(matched_again(again), match)
-
-
-# ---- what is written is what is read ----
 
 
 def test_genes_of_more_than_256_disparities_are_read_back():
@@ -154,7 +151,6 @@ def test_a_disk_without_room_leaves_no_part_of_a_folder(folder, limit_files):
 
 
 def rewritten(folder, change):
-    """Change the record in pair.json."""
     path = folder / 'pair.json'
     record = json.loads(path.read_text(encoding='utf-8'))
     change(record)
@@ -162,7 +158,6 @@ def rewritten(folder, change):
 
 
 def restored(folder, **changes):
-    """Change arrays."""
     np.savez(folder / 'arrays.npz', **{**np.load(folder / 'arrays.npz'), **changes})
 
 

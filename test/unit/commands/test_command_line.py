@@ -156,9 +156,6 @@ def test_the_command_starts_without_the_libraries_that_are_optional():
                "main(['--version'])")
 
 
-# ---- benchmark ----
-
-
 def test_benchmark_measures_latency_processor_time_and_memory_of_each_matcher(capsys):
     report = printed(capsys, 'benchmark', '--columns', 96, '--rows', 48, '--disparities', 16,
                      '--repeats', 2, '--threads', 1, '--json')

@@ -246,7 +246,7 @@ def test_a_scene_without_a_result_is_said_has_no_means_and_takes_that_of_no_othe
         assert_is_score(the_record(mine, mask='all', map=way), score(disparity, made.truth))
 
 
-# What is written.
+# What is written, and what is rejected.
 
 def test_csv_and_json_hold_the_same_figures(tmp_path, capsys):
     for seed, name in enumerate('ab', 1):
@@ -264,8 +264,6 @@ def test_csv_and_json_hold_the_same_figures(tmp_path, capsys):
         assert row == {name: '' if record.get(name) is None else str(record[name])
                        for name in COLUMNS} and set(record) <= set(COLUMNS)
 
-
-# Bad input.
 
 @pytest.mark.parametrize(('words', 'reason'), [
     (['scene', '--disparities', '100'], 'scene, ours: 100 disparities are more than the 72 col'),

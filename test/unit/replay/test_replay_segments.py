@@ -66,11 +66,9 @@ class Workers:
     workers = 2
 
     def submit(self, pairs, warming):
-        """Answer what is asked."""
         return SegmentResult((warming, 1, 0.5), [pair.stamp for pair, _ in pairs][warming:])
 
     def result(self, future, stopped):
-        """Return the result."""
         return None if stopped() else future
 
 

@@ -115,7 +115,7 @@ def test_an_incomplete_video_is_reported_and_removed(tmp_path, suffix, limit_fil
     assert path.read_text() == 'the one before' and os.listdir(tmp_path) == [path.name]
 
 
-# ---- matched pairs side by side ----
+# ---- matched pairs side by side, and their colours ----
 
 
 @pytest.mark.parametrize('options', [{}, {'colour': True}, {'bits': 12}])
@@ -141,9 +141,6 @@ def test_a_picture_of_disparities_has_colours_over_what_is_there_and_a_legend():
     assert abs(picture[-1, 42] - ramp[0]).max() < 40 and (picture[-1, 399] == ramp[1]).all()
     assert set(picture[HEAD + 1:, :40].ravel()) == set(HATCH)
     assert disparity_picture(np.full((9, 9), np.nan, np.float32)).shape[2] == 3
-
-
-# ---- colours ----
 
 
 def test_far_is_blue_near_is_red_beyond_is_as_the_end_and_invalid_is_hatched_unlike_any():

@@ -32,6 +32,12 @@ def pair():
     return make_pair(*SHAPE, 24, seed=2, noise=4.0)
 
 
+@pytest.fixture(autouse=True)
+def small_film(monkeypatch):
+    """Let frames be drawn in a quarter of the pixels, which takes less time."""
+    monkeypatch.setattr(evolution_view, 'DOTS', (50, 200))
+
+
 def watched(config, pair, truth=None):
     """Return the Match, the Snapshots and the Course of the evolution on a pair."""
     course, told = Course(config, truth), []
@@ -73,9 +79,6 @@ def test_being_watched_changes_no_bit_and_each_generation_has_a_snapshot(name, p
         assert np.sum(taken) > 40
 
 
-# ---- who came from whom ----
-
-
 def test_the_origin_of_the_fittest_child_has_its_parents_and_mutations():
     former = np.random.default_rng(0).integers(0, 1000, (4, 7, 9), np.uint16)
     population = former.copy()
@@ -89,9 +92,6 @@ def test_the_origin_of_the_fittest_child_has_its_parents_and_mutations():
         expected[line:] = SECOND
         expected[population[slot] == 1001] = MUTATED
         np.testing.assert_array_equal(origin, expected)
-
-
-# ---- the still and the film of an evolution show what its snapshots hold ----
 
 
 @pytest.mark.parametrize('profile, changes, scale, origins', [
@@ -120,15 +120,6 @@ def test_the_still_shows_fitness_possibilities_and_where_genes_come_from(
         np.testing.assert_array_equal(
             panel.to_rgba(panel.get_array())[..., :3], colours[snapshot.origin])
     assert np.unique([snapshot.origin for snapshot in told[1:]]).size == origins
-
-
-# ---- the film ----
-
-
-@pytest.fixture(autouse=True)
-def small_film(monkeypatch):
-    """Let frames be drawn in a quarter of the pixels, which takes less time."""
-    monkeypatch.setattr(evolution_view, 'DOTS', (50, 200))
 
 
 # ---- from frame to frame, as `evolve` shows it of two folders ----
