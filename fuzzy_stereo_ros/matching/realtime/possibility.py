@@ -36,7 +36,7 @@ FULL_SIZE = Model(near_weight=2, census_cut=CENSUS_CUT, slope_cut=SLOPE_CUT, box
 # Of pictures that JPEG quantised, and quantised coarsely: smaller steps are those of its blocks.
 JPEG_SIZE = FULL_SIZE._replace(least_step=128)
 COARSE_SIZE = FULL_SIZE._replace(least_step=320, jump=104)
-HALF_SIZE = Model(near_weight=1, census_cut=10, slope_cut=4, box=2, small=20, jump=105,
+HALF_SIZE = Model(near_weight=1, census_cut=10, slope_cut=4, box=2, small=22, jump=105,
                   jump_at_edge=28, least_step=0)
 GREY_EDGE = 20      # grey levels of 8 bits
 NOISY_EDGE = 2      # times the noise, standard deviation: its steps are no edges
