@@ -30,7 +30,7 @@ from fuzzy_stereo_ros.matching.matcher import warm_up_camera, warm_up_pairs
 from numba.core.types import BaseFunction
 import numpy as np
 
-DRY_RUNS = None, 1, 2   # of a dry run: seeds of what kernels write, None for nothing
+DRY_RUNS = None, 1, 2, 4   # of a dry run: seeds of what kernels write, None for nothing
 # level of LLVM, unless the user sets it: kernels are as fast as at 3, and compiled sooner
 OPTIMISATION = {'NUMBA_OPT': '2'}
 START = ('import json, sys; sys.path[:], config = json.loads(sys.argv[1]); '
