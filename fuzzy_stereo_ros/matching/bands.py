@@ -195,8 +195,11 @@ class Chain:
         before has the same bands, once that is done with the item's own band and so many below.
         """
         before, number = len(self._calls), len(items)
-        self._needs += [before if after is None else after] * number if reach is None else [
-            max(before - max(number - index - 1 - reach, 0), 0) for index in range(number)]
+        if reach is None:
+            self._needs += [before if after is None else after] * number
+        else:
+            self._needs += [max(before - max(number - index - 1 - reach, 0), 0)
+                            for index in range(number)]
         self._calls += [(work, item) for item in items]
         return len(self._calls)
 

@@ -17,6 +17,7 @@ from stereo_msgs.msg import DisparityImage
 
 FOCAL, BASELINE = 200.0, 0.12
 SECOND = 1_000_000_000
+NODE = '/disparity_node'
 RELIABLE = '--ros-args', '-p', 'input_qos:=reliable'
 
 
@@ -108,13 +109,13 @@ class Surroundings:
 
         return self.until(answered, f'answer of {client.srv_name}', timeout).result()
 
-    def parameters(self, *names, node='/disparity_node'):
+    def parameters(self, *names, node=NODE):
         """Return the values of parameters of a node, None for those that are not set."""
         request = GetParameters.Request(names=names)
         answer = self._ask(GetParameters, 'get_parameters', request, node)
         return [parameter_value_to_python(value) for value in answer.values]
 
-    def _ask(self, kind, name, request, node='/disparity_node', **options):
+    def _ask(self, kind, name, request, node=NODE, **options):
         client = self.listener.create_client(kind, f'{node}/{name}')
         try:
             return self.answer(client, request, **options)

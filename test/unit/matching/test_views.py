@@ -174,6 +174,11 @@ def test_jpeg_is_seen_both_views_are_smoothed_and_matched_by_a_model_of_their_ow
         twins.eight_bits(fine(images[0])), twins.jump_table(model, min(views.noise, 8)))
     np.testing.assert_array_equal(views.full.penalties.across, expected[0])
     np.testing.assert_array_equal(views.full.penalties.down, expected[1])
+    expected = twins.jump_penalties(
+        views.half.left.grey[:, :views.half.columns],
+        twins.jump_table(views.half.model, min(views.noise, 8) / 2))
+    np.testing.assert_array_equal(views.half.penalties.across, expected[0])
+    np.testing.assert_array_equal(views.half.penalties.down, expected[1])
 
 
 @pytest.mark.parametrize('change', [

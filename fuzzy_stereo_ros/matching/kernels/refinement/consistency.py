@@ -219,8 +219,8 @@ def reject_small(validity, smallest, runs, first, last):
 
 BLOCK = 4       # half-size pixels of a side of the blocks
 DARK, BRIGHT = 1, 2     # ends at which a pixel is clipped
-DARKEST, BRIGHTEST = 0, 254 * 256   # luminance up to and from which it is
 GREY_LEVEL = 256    # of luminance
+DARKEST, BRIGHTEST = 0, 254 * GREY_LEVEL    # luminance up to and from which it is
 SUMS = 6        # of a block: left, right, left squared, right squared, left times right, pixels
 
 
@@ -267,9 +267,10 @@ def judge_blocks(sums, clear, correlated, seen):
     """
     Write of which blocks the two views show something, by the sums of 3 x 3 blocks around.
 
-    sums: see sum_blocks; clear: variances of both views, grey levels squared, above which a window
-    shows a signal, each without that of rounding, which is the third; correlated: least
-    correlation of what is noise; seen: uint8 (block rows, block columns), 0 or 1
+    sums: see sum_blocks; clear: variances, grey levels squared, above which a window of the left
+    and of the right view shows a signal, and that of rounding, which each window has as well;
+    correlated: correlation up to which it is noise; seen: uint8 (block rows, block columns), 0
+    where nothing is
     """
     rows, columns = seen.shape
     left_clear, right_clear, rounding = clear
