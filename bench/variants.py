@@ -56,11 +56,15 @@ class OwnGenes(InheritedGenes):
     above 18. It gets no gene of the previous best.
     """
 
-    def select(self, chain, half, previous, prior):
+    def select(self, chain, half):
         """Select as InheritedGenes does, with its own genes as both priors."""
         own = half.prior.labels
-        self._held = Prior(own, np.full(own.shape, weight_of(1, 15), np.uint8))
-        return super().select(chain, half._replace(prior=self._held), None, self._held)
+        held = Prior(own, np.full(own.shape, weight_of(1, 15), np.uint8))
+        chain.each(self._hold, [held])
+        return super().select(chain, half._replace(prior=held))
+
+    def _hold(self, held):
+        self.previous, self.prior = None, held
 
 
 def _genetic(profile):

@@ -204,10 +204,8 @@ class Chain:
         return len(self._calls)
 
     def run(self):
-        """Run the stages; return when all are done. The chain has none after that."""
-        calls, needs = self._calls, self._needs
-        self._calls, self._needs = [], []
-        self._pool.run(lambda call: call[0](call[1]), calls, needs)
+        """Run the stages, of each frame if the chain is kept; return when all are done."""
+        self._pool.run(lambda call: call[0](call[1]), self._calls, self._needs)
 
 
 class _Call:

@@ -155,6 +155,10 @@ class Stopwatch:
     """Measures one stage after the other; times: milliseconds by stage, in their order."""
 
     def __init__(self):
+        self.begin()
+
+    def begin(self):
+        """Begin the first stage."""
         self.times, self._since = {}, time.perf_counter_ns()
 
     def lap(self, stage):

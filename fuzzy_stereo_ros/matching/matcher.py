@@ -85,9 +85,9 @@ class StereoMatcher:
             left, aligned, previous, Random((self.config.seed, frame if stamp is None else stamp)),
             Budget(self.config.generations, self.config.deadline_ms, started), observe, camera)
         self.state = state and state._replace(stamp=stamp, frame=frame, config=self.config)
-        match = reject_beyond(algorithm.pool, self.config, wider.disparities, match)
+        beyond = reject_beyond(algorithm.pool, self.config, wider.disparities, match)
         match.times['rows'] = align_ms
-        match = self._watched(rows, left, right, match)
+        match = replace(match, **beyond, misalignment=self._watch(rows, left, right, match))
         if not self.config.fill and self.config.fill_holes:
             reject_wide_holes(self.config, match)
         if self.config.reference == 'right':
@@ -114,8 +114,8 @@ class StereoMatcher:
             blank = np.zeros((rows, columns), np.uint8)
             algorithm.match(blank, blank, None, Random((self.config.seed, 0)), Budget(0, 0, 0))
 
-    def _watched(self, rows, left, right, match):
-        """Return a Match with the Misalignment of its rows, and nothing from beyond the image."""
+    def _watch(self, rows, left, right, match):
+        """Reject what is from beyond the image; return the Misalignment of rows, or None."""
         index, nearest = self._alignment.nearest_seen(rows, left.shape[:2])
         if len(nearest):
             hidden = nearest != np.arange(len(left))[index, None]
@@ -132,7 +132,7 @@ class StereoMatcher:
             measured = measured._replace(undone=bool(rows.undone.any()))
             if self.config.reference == 'right':
                 measured = measured.of_the_right()
-        return replace(match, misalignment=measured)
+        return measured
 
     def _previous(self, shape, stamp):
         """Return the state of the previous frame if this pair may start from it, else None."""

@@ -34,12 +34,12 @@ def searched(config, columns):
 
 def reject_beyond(pool, config, most, match):
     """
-    Return a match without the disparities beyond the range of a MatcherConfig, and their share.
+    Reject the disparities beyond the range of a MatcherConfig; return what a Match says of them.
 
     Pixels with the last label searched are rejected and not counted: equal costs give the nearest
     label, so that areas that match everywhere, such as burnt-out sky, have it with any range.
     most: disparities that were searched, see `searched`; match: the `Match` of these, whose
-    arrays are overwritten
+    arrays are overwritten. Returns {field of the Match: value}.
     """
     highest = np.float32(config.min_disparity + config.disparities - 1)
     bands = pool.parts(len(match.disparity))
@@ -48,8 +48,8 @@ def reject_beyond(pool, config, most, match):
         match.disparity, match.confidence, highest, counts[band[0]], band[1], band[2]), bands)
     within, *beyond = counts.sum(axis=0)[:max(most - config.disparities, 1)].tolist()
     number = sum(beyond)
-    return replace(match, beyond=number / max(number + within, 1),
-                   needed_disparities=_needed_disparities(config.disparities, beyond))
+    return {'beyond': number / max(number + within, 1),
+            'needed_disparities': _needed_disparities(config.disparities, beyond)}
 
 
 def _needed_disparities(disparities, beyond):

@@ -98,7 +98,7 @@ class RowAlignment:
         """config: a MatcherConfig; its range and `align_rows` count."""
         self._lowest, self._disparities = config.min_disparity, config.disparities
         self._undoes, self._moved, self._moved_by = config.align_rows, None, None
-        self._fitted, self._seen = (None, None), (None, None, None)
+        self._fitted, self._seen, self._steady = (None, None), *((None, None, None),) * 2
 
     def align(self, pool, rows, left, right, rig):
         """
@@ -164,6 +164,16 @@ class RowAlignment:
 
     def _stepped(self, rows, shape):
         """Return the Rows that undo the measured offset, if it differs, and none surely small."""
+        points, undone, size = self._steady     # most pairs: nothing new was measured
+        if rows.points is not points or rows.undone is not undone or shape != size:
+            stepped = self._undoing(rows, shape)
+            if stepped is not rows:
+                return stepped
+            self._steady = rows.points, rows.undone, shape
+        return rows
+
+    def _undoing(self, rows, shape):
+        """Return what `_stepped` does, of Rows whose offset may have been measured since."""
         measured = self.measured(rows, shape)
         if not self._undoes or (
                 self._is_sure(rows, shape) and measured.deviation(0) <= LEAST_CHANGE):

@@ -7,3 +7,4 @@ STEPS = 16      # sub-pixel steps in a pixel
 # compared; the other view disagrees, or the match belongs to a speckle.
 CONSISTENT, OUTSIDE, INVALID = 0, 1, 2
 VOTED = 6       # weight of a prior whose evidence is that of a whole region, see weight_of
+SURE = 255      # certainty that limits no confidence

@@ -129,6 +129,11 @@ class Averaging:
         self.shifts = np.zeros((2, 2, 2), np.int64)
 
     @property
+    def choices(self):
+        """Those of the `ViewTiles` of both views: int8 (2, tile rows, tile columns)."""
+        return self._both.choices
+
+    @property
     def kept(self):
         """The pictures, and copies of the ages and drifts of their tiles: of a `FrameState`."""
         return self.pictures, self._both.ages.copy(), self._both.drifts.copy()

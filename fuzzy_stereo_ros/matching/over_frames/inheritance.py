@@ -107,6 +107,7 @@ class Inheritance:
         averaging, moving = self._averaging, self._moving
         self.views[0].halve(self._half, 0, self._half.rows)
         self._noise.measure(self.views[0], self._half, 0, self.views[0].rows)
+        self._noise.estimate()
         self.noisy = self._noise.level > NOISY
         number = len(self._channels) if self._coloured else 0
         if state is not None and len(state.colours) != number:
@@ -172,6 +173,7 @@ class Inheritance:
         for view, half, noise in zip(self.views, self._halves, self._noises):
             view.halve(half, 0, half.rows)
             noise.measure(view, half, 0, rows)
+            noise.estimate()
         self._evidence.sum_up(labels, (0, 0, rows))
         self._evidence.judge()
         validity, no_votes = (np.full(labels.shape, CONSISTENT, np.uint8) for _ in range(2))

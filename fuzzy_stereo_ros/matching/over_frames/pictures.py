@@ -10,16 +10,14 @@ texture grow at the coarser size.
 from fuzzy_stereo_ros.matching.arrays import zeros
 from fuzzy_stereo_ros.matching.kernels.possibility import features
 from fuzzy_stereo_ros.matching.kernels.simd import LANES
-from fuzzy_stereo_ros.matching.kernels.temporal.change_detection import roughness, TILE
+from fuzzy_stereo_ros.matching.kernels.temporal.change_detection import (
+    noise_level, roughness, TILE)
 import numpy as np
 
 BRIGHTER = 0.001    # share of an image that may saturate
 SAMPLED = 8         # every SAMPLED-th row of an image of 8 bits is measured for its brightness
 DARK_BITS = 6       # largest number of bits that a dark image of 8 bits uses
 NOISY = 0.5         # grey levels of noise above which averaging gains more than warping loses
-PLAINEST = 0.1       # share of the tiles, those of least second differences, that show noise
-_SECOND = 1.954      # mean size of second differences of white noise of 1
-_LOST = 0.75         # share of the variance of noise that halving a picture removes
 
 
 class Picture:
@@ -96,12 +94,13 @@ def luminance_shift(left, right, before=None):
 
 
 class NoiseEstimate:
-    """An estimate of the noise of pictures of one size."""
+    """An estimate of the noise of pictures of one size; level: grey levels, deviation."""
 
     def __init__(self, rows, columns):
         """Allocate for full images of a size."""
         self._rough = [np.zeros((-(-height // TILE), -(-width // TILE)), np.float32)
                        for height, width in ((rows, columns), (rows // 2, columns // 2))]
+        self.level = 0.0
 
     def measure(self, full, half, first, last):
         """
@@ -113,14 +112,6 @@ class NoiseEstimate:
             roughness(view.luminance, view.columns, rough, first // size,
                       min(-(-last // size), len(rough)))
 
-    @property
-    def level(self):
-        """The noise of the picture, all of whose rows are measured: grey levels, deviation."""
-        full, half = map(_plainest, self._rough)
-        return max((full**2 - half**2) / _LOST, 0.0)**0.5
-
-
-def _plainest(rough):
-    """Return the noise of a view by its plainest tiles, in grey levels, as if without texture."""
-    place = int(PLAINEST * (rough.size - 1))
-    return float(np.partition(rough.reshape(-1), place)[place]) / _SECOND
+    def estimate(self):
+        """Write the `level`, once all rows are measured."""
+        self.level = noise_level(*self._rough)

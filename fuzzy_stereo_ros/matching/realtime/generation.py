@@ -45,17 +45,22 @@ def parent_of(labels, validity=None, cell=1, scale=1, grow=0, choices=None, shif
 
 
 class Squares:
-    """Memory for the costs and the sums of the genes of all tiles; image sizes take turns."""
+    """
+    Memory for the costs and the sums of the genes of all tiles; image sizes take turns.
+
+    places: the addresses of both, a new tuple once they have moved
+    """
 
     def __init__(self):
         """Hold none."""
-        self._memory = np.empty((2, 0), np.uint8)
+        self._memory, self.places = np.empty((2, 0), np.uint8), (0, 0)
 
     def addresses(self, needed):
-        """Return the addresses of costs and sums, of as many bytes each."""
+        """Return `places`, of as many bytes each."""
         if self._memory.shape[1] < needed:
             self._memory = zeros((2, needed + needed // SPARE), np.uint8)
-        return tuple(map(address_of, self._memory))
+            self.places = tuple(map(address_of, self._memory))
+        return self.places
 
 
 class Selection:
@@ -97,15 +102,22 @@ class Selection:
         return tuple(Tiles(*self._tiles, mutation, stride, genes, origins,
                            address_of(self.counts), address_of(self._places)))
 
-    def _place(self, half=None, previous=None):
-        """Have memory for the genes counted; half, previous: the priors, see `Found`."""
-        (SIDE * stride_of(self.counts)).cumsum(out=self._places[1:])
-        costs, sums = self._squares.addresses(int(self._places[-1]))
+    def _place(self):
+        """Place the squares of the genes counted one behind the other."""
+        np.cumsum(SIDE * stride_of(self.counts), out=self._places[1:])
+
+    def _find(self, half=None, previous=None):
+        """Have memory for what is placed; half, previous: the priors, see `Found`."""
+        costs, sums = self._at = self._squares.addresses(int(self._places[-1]))
         (labels, weights), (others, other_weights) = (
             map(address_of, prior or self._no_prior) for prior in (half, previous))
         self._found = tuple(self._fixed._replace(
             costs=costs, sums=sums, half_labels=labels, half_weights=weights,
             previous_labels=others, previous_weights=other_weights))
+
+    def _located(self):
+        """Return the fields of the `Found`."""
+        return self._found
 
     def _parts(self, chain):
         """Return the parts, for the threads of a chain, of the rows and the columns of tiles."""
@@ -117,12 +129,12 @@ class Selection:
         for kernel, parts in zip((selection.sum_across, selection.select_down),
                                  self._parts(chain)):
             chain.each(lambda part, kernel=kernel: kernel(
-                features, self._found, self._addresses, self._scratch[part[0]], *_tiles_of(part)),
-                parts, after)
+                features, self._located(), self._addresses, self._scratch[part[0]],
+                *_tiles_of(part)), parts, after)
             after = None
         columns, target = self._possibility.columns, self.chosen.target
         return chain.each(lambda part: selection.select_of_target(
-            self._found, self._scratch[part[0]], columns, address_of(target), target.shape[1],
+            self._located(), self._scratch[part[0]], columns, address_of(target), target.shape[1],
             *part[1:]), chain.parts(len(target)))
 
 
@@ -136,15 +148,23 @@ class AllLabels(Selection):
         self.counts[:] = possibility.disparities
         self._addresses = self._addresses_of(0, 0, address_of(self._genes))
         self._place()
+        self._find()
 
-    def select(self, chain, after=None):
-        """Select, in `chosen`."""
-        self._place()       # larger sizes may have had the squares moved
-        return super().select(chain, after)
+    def _located(self):
+        """Return the same, once larger sizes may have had the squares moved."""
+        if self._squares.places is not self._at:
+            self._find()
+        return self._found
 
 
 class InheritedGenes(Selection):
-    """The selection among the genes of parents; genes, origins: see `Tiles`."""
+    """
+    The selection among the genes of parents; genes, origins: see `Tiles`.
+
+    previous, prior: the `Parent` and the `Prior` of the previous best, None where there is none
+    """
+
+    previous = prior = None
 
     def __init__(self, possibility, squares, few=False, mutation=1, grow=GROW):
         """
@@ -161,26 +181,26 @@ class InheritedGenes(Selection):
             mutation, MOST_GENES, address_of(self.genes), address_of(self.origins))
         self.counts[:] = USUAL
         self._place()
+        self._find()
 
-    def select(self, chain, half, previous=None, prior=None):
-        """
-        Select the genes of the cells, in `chosen`.
-
-        half: the `SmallResult` of half the size; previous: the `Parent` of the previous best, None
-        where there is none; prior: its `Prior`
-        """
+    def select(self, chain, half):
+        """Select the genes of the cells, in `chosen`; half: the `SmallResult` of half the size."""
         smooth = (parent_of(half.labels, cell=2, scale=2) if half.prior is None
                   else parent_of(half.prior.labels))
         found = NO_PARENT if self._few else parent_of(
             half.chosen.labels, cell=2, scale=2, grow=self._grow)
-        parents = tuple(map(tuple, (smooth, found, previous or NO_PARENT)))
+        of_half = tuple(smooth), tuple(found)
 
         def listed(part):
-            list_genes(*parents, self._addresses, self._scratch[part[0]][0],
-                       self._possibility.disparities, 2 * (half.disparities - 1),
-                       *_tiles_of(part))
+            list_genes(*of_half, tuple(self.previous or NO_PARENT), self._addresses,
+                       self._scratch[part[0]][0], self._possibility.disparities,
+                       2 * (half.disparities - 1), *_tiles_of(part))
+
+        def placed(half_prior):
+            self._place()
+            self._find(half_prior, self.prior)
         chain.each(listed, self._parts(chain)[0])
-        chain.each(lambda half_prior: self._place(half_prior, prior), [half.prior])
+        chain.each(placed, [half.prior])
         return super().select(chain)
 
     def origin_of_genes(self):

@@ -18,6 +18,7 @@ from fuzzy_stereo_ros.matching.kernels.refinement.consistency import check_consi
 from fuzzy_stereo_ros.matching.kernels.refinement.square_median import square_median
 from fuzzy_stereo_ros.matching.kernels.scanlines import half_size_prior
 from fuzzy_stereo_ros.matching.kernels.scanlines.selection import SearchResult
+from fuzzy_stereo_ros.matching.kernels.units import SURE
 from fuzzy_stereo_ros.matching.realtime.generation import AllLabels, gene_type, InheritedGenes
 from fuzzy_stereo_ros.matching.realtime.refinement import Speckles
 import numpy as np
@@ -26,7 +27,6 @@ GROW = 24               # px around a tile whose genes of half the size it inher
 SPECKLE = 20            # pixels; smaller components of the map are rejected
 WEAK_TEXTURE = 72       # sum of 18 grey steps below which texture is weak: 4 on average
 NOISY_STEPS = 28        # by how much noise of a grey level raises that; its steps sum to 20
-SURE = 255              # what is not limited by the evidence of a plain region
 FLAT = 1                # largest range of labels in 3 x 3 pixels of the prior
 
 
@@ -121,20 +121,16 @@ class HalfSize(SmallSize):
         self.result = self.result._replace(certainty=certainty, prior=Prior(
             zeros((rows, columns), gene_type(disparities)), zeros((rows, columns), np.uint8)))
 
-    def complete(self, chain, grey, noise, after=None):
-        """
-        Return the `SmallResult` of a search.
-
-        grey: uint8, full left; noise: of it, grey levels, standard deviation, which is no texture
-        """
-        limit = int(hypot(WEAK_TEXTURE, NOISY_STEPS * noise))
+    def complete(self, chain, views, after=None):
+        """Return the `SmallResult` of a search of `Views`, whose noise is no texture."""
         labels, validity, chosen, _, prior, certainty = self.result
 
         def measure(band):
-            half_size_prior.texture_steps(grey, self._steps, band[1], band[2])
+            half_size_prior.texture_steps(views.full.left.grey, self._steps, *band[1:])
 
         def write_limits(band):
             _, first, last = band
+            limit = int(hypot(WEAK_TEXTURE, NOISY_STEPS * views.noise))
             certainty[2 * first:2 * last] = SURE
             half_size_prior.weak_texture(self._steps, limit, self.weak, first, last)
             half_size_prior.flat(labels, FLAT, self._smooth, first, last)

@@ -86,7 +86,8 @@ class RealtimeMatcher:
             self.pool, self._fitness, PartitionCrossover(rows, columns, ADVANTAGE),
             self._generation.chosen.labels)
         self._weak_regions = self._stages.mutation(full, labels_type)
-        self._durations = Durations()
+        self._durations, self._watch = Durations(), Stopwatch()
+        self._searching, self._selecting = self._search_half_size(), self._select_at_full_size()
 
     def match(self, left, right, previous, random, budget, observe=None, camera=None):
         """
@@ -96,21 +97,25 @@ class RealtimeMatcher:
         FrameState or None; random, budget, observe: as `evolve` takes them; camera: a `Camera`
         that may have moved, or None
         """
-        config, warm, watch = self._config, self._warm_start, Stopwatch()
-        self._read(left, right, previous, camera, watch)
+        config, warm, watch = self._config, self._warm_start, self._watch
+        watch.begin()
+        self._read(left, right, previous, camera)
         state = warm.reused_state(previous, config)
         if state is not None:
             return Match(state.own.still_disparity.copy(), state.own.still_confidence.copy(), [],
                          watch.times, True, warm.motion, reused=True), state
-        half = self._search_half_size(watch)
-        chosen, warm_start = self._select_at_full_size(half, previous, watch)
+        self._views.smooth(self.pool)
+        self._searching.run()
+        warm_start = self._inherit(previous)
+        self._selecting.run()
+        watch.lap('selection')
         budget = budget.reserving(self._durations[REFINING])
         history = evolve(self.population, self._weak_regions.operators, random, budget, observe,
                          self._durations)
         best = self.population.genes[self.population.best]
         watch.lap('generations')
         before = sum(watch.times.values())
-        disparity, confidence = self._refine(chosen, best, half, watch)
+        disparity, confidence = self._refine(best)
         match = Match(disparity, confidence, history, watch.times, warm_start, warm.motion)
         if config.warm_start:
             state = warm.next_state(
@@ -119,9 +124,9 @@ class RealtimeMatcher:
         self._durations.record(REFINING, sum(watch.times.values()) - before)
         return match, state
 
-    def _read(self, left, right, previous, camera, watch):
+    def _read(self, left, right, previous, camera):
         """Read a pair, and average it with the previous frame's, see `match`."""
-        views, warm, pool = self._views, self._warm_start, self.pool
+        views, warm, pool, watch = self._views, self._warm_start, self.pool, self._watch
         chain = Chain(pool)
         views.read(chain, left, right, previous)
         if previous is None and self._config.warm_start:
@@ -137,56 +142,52 @@ class RealtimeMatcher:
         if warm.motion:
             watch.lap('camera_motion')
 
-    def _search_half_size(self, watch):
+    def _search_half_size(self):
         """
-        Describe the pair and search it at half size; return the `SmallResult`.
+        Return the Chain that describes a pair and searches it at half size.
 
-        Plain regions have the planes that they vote for, and weak regions are grown.
+        Plain regions get the planes that they vote for, and weak regions are grown.
         """
-        views = self._views
-        views.smooth(self.pool)
-        chain = Chain(self.pool)
+        views, chain = self._views, Chain(self.pool)
         described = views.describe(chain)
-        chain.each(watch.lap, ['possibility'])
+        chain.each(self._watch.lap, ['possibility'])
         found = self._plain_regions.find(chain)
         searched = self._half_size.search(chain, after=described)
-        half = self._half_size.complete(chain, views.full.left.grey, views.noise, after=searched)
+        half = self._half_size.complete(chain, views, after=searched)
         split = self._plain_regions.split(chain, after=found)
         self._plain_regions.mutate(chain, half)
         # while plain regions are judged
         self._weak_regions.grow(chain, views.half.left.luminance, self._half_size.weak, split)
-        chain.run()
-        return half
+        return chain
 
-    def _select_at_full_size(self, half, previous, watch):
+    def _inherit(self, previous):
+        """Inherit from the previous frame's FrameState or None; return whether that is used."""
+        generation, result = self._generation, self._half_size.result
+        generation.previous, generation.prior = self._stages.previous_best(
+            self._warm_start, self.pool, previous, result)
+        self._watch.lap('coarse')
+        return generation.previous is not None or generation.prior is not None
+
+    def _select_at_full_size(self):
         """
-        Select the genes of the pair, fill the population with them, and make the mutant.
+        Return the Chain that selects among the genes of a pair at full size.
 
-        half: the `SmallResult`; previous: the previous frame's FrameState or None. Returns the
-        `SearchResult`, and whether the previous best takes part.
+        It fills the population with them, and makes the mutant.
         """
         chain, chosen, population = Chain(self.pool), self._generation.chosen, self.population
         config, refinement, validity = self._config, self._refinement, self._refinement.validity
-        parent, prior = self._stages.previous_best(self._warm_start, self.pool, previous, half)
-        chain.each(watch.lap, ['coarse'])
-        selected = self._generation.select(chain, half, parent, prior)
+        selected = self._generation.select(chain, self._half_size.result)
         checked = refinement.check(chain, chosen, config, after=selected)
         filled = population.fill(chain, chosen.labels, validity)
         self._weak_regions.mutate(chain, chosen, validity, population.genes[0],
                                   Random((config.seed,)), after=checked)
         population.measure(chain, after=filled)
-        chain.run()
-        watch.lap('selection')
-        return chosen, parent is not None or prior is not None
+        return chain
 
-    def _refine(self, chosen, best, half, watch):
-        """
-        Return the disparity and the confidence of the best chromosome, as `Refinement.write`.
-
-        chosen: the `SearchResult`; best: (R, C) labels; half: the `SmallResult`
-        """
+    def _refine(self, best):
+        """Return the disparity and the confidence of (R, C) labels, as `Refinement.write`."""
         chain, refinement, warm = Chain(self.pool), self._refinement, self._warm_start
-        evidence = self._evidence
+        evidence, chosen, half = self._evidence, self._generation.chosen, self._half_size.result
         bands = self.pool.parts(len(best))
         chain.each(lambda band: evidence.sum_up(best, band), bands)
         chain.each(lambda _: evidence.judge(), [0])
@@ -199,7 +200,7 @@ class RealtimeMatcher:
             # as found: what smoothing wears away would not come back
             warm.keep(chain, chosen.labels, refinement.final_validity)
         chain.run()
-        watch.lap('refinement')
+        self._watch.lap('refinement')
         return result
 
     def possibility_of(self, chromosome):

@@ -52,7 +52,10 @@ class Population:
     def measure(self, chain, after=None):
         """Measure the fitness."""
         self.fitness = self._measure.measure(chain, self.genes[0], after=after)
-        self.converged = False
+        chain.each(self._begin, [False])
+
+    def _begin(self, converged):
+        self.converged = converged
 
     def propose(self, mutant, random):
         """Take the genes of a mutant, (R, C) labels, that crossover chooses."""
@@ -79,7 +82,7 @@ class GreyRegions:
 
         luminance: uint16, with a margin; weak: uint8 (r, c or more), where regions may lie
         """
-        bands = pool.parts(len(self.regions[1]), each=SHORT)
+        bands = pool.parts(len(self.regions[1]))
 
         def join(edges):
             segments.join_runs(luminance, self._likeness, self.regions, edges)

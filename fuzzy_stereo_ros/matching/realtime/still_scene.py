@@ -10,51 +10,46 @@ changed is searched. A change in a single tile looks like noise and waits for th
 from dataclasses import replace
 
 from fuzzy_stereo_ros.matching.kernels.temporal.change_detection import TILE
-import numpy as np
 
 SETTLED = 32    # unchanged frames after which results are reused: as many are averaged
 LONGEST_STEP_NS = 200_000_000   # slower cameras have each frame searched
 
 
-def is_reused(previous, views, config):
+def is_reused(previous, choices, config):
     """
     Return whether this frame reuses the result of an earlier one, and so is not searched.
 
-    previous: the FrameState of the previous frame, or None; views: the `ViewTiles` of both views,
-    compared with it; config: the MatcherConfig
+    previous: the FrameState of the previous frame, or None; choices: of the tiles of both views,
+    compared with it, see Averaging; config: the MatcherConfig
     """
     return (previous is not None and previous.own.since_search + 1 < config.still_interval
-            and previous.own.still >= SETTLED and not _moves(views, previous.shape)
+            and previous.own.still >= SETTLED and not _moves(choices, previous.shape)
             and config == replace(previous.config, threads=config.threads,
                                   deadline_ms=config.deadline_ms))
 
 
-def new_result(previous, views, config, match):
+def new_result(previous, choices, config, match):
     """
     Return `still` to `still_confidence` of the `RealtimeState` of a frame that was searched.
 
-    previous, views, config: as above; match: its `Match`; in a first frame all tiles count as
+    previous, choices, config: as above; match: its `Match`; in a first frame all tiles count as
     changed
     """
-    moves = previous is None or _moves(views, match.disparity.shape)
+    moves = previous is None or _moves(choices, match.disparity.shape)
     still = 0 if moves else previous.own.still + 1
     side = slice(None if still >= SETTLED and config.still_interval > 1 else 0)
     return still, 0, match.disparity[side, side].copy(), match.confidence[side, side].copy()
 
 
-def _moves(views, shape):
+def _moves(choices, shape):
     """
     Return whether two tiles of a view, side by side or one above the other, have changed.
 
-    views: the `ViewTiles` of each; shape: rows and columns of images. Where a view has one tile
-    only, its change is enough; less than half a tile counts as changed.
+    choices: of both views; shape: rows and columns of images. Where a view has one tile only, its
+    change is enough; less than half a tile counts as changed.
     """
     # With less than half a tile inside, at the right and lower edge, noise looks like a change.
     rows, columns = ((side + TILE // 2) // TILE for side in shape)
-    for tiles in views:
-        changed = tiles.choices[:rows, :columns] != 0
-        if (np.count_nonzero(changed) == changed.size
-                or np.count_nonzero(changed[1:] & changed[:-1])
-                or np.count_nonzero(changed[:, 1:] & changed[:, :-1])):
-            return True
-    return False
+    changed = choices[:, :rows, :columns] != 0
+    return bool(changed.all(axis=(1, 2)).any() or (changed[:, 1:] & changed[:, :-1]).any()
+                or (changed[:, :, 1:] & changed[:, :, :-1]).any())

@@ -103,10 +103,12 @@ class Views:
                 noise.measure(view, halved, first, last)
             self._smoothing.measure(self.pictures, unit, band)
 
-        def estimate(noise):
-            self.noise = noise.level
+        def estimate(noises):
+            for noise in noises:
+                noise.estimate()
+            self.noise = noises[0].level
         pool.each(read, pool.parts(full.rows, PART))
-        pool.each(estimate, self.noises[:1])
+        pool.each(estimate, [self.noises])
 
     @property
     def pictures(self):
@@ -124,12 +126,12 @@ class Views:
     def describe(self, pool):
         """Write the features of the pair."""
         sizes, full, shift = (self.full, *self.small), self.full, self._shift
-        noise = min(self.noise, LOUDEST)
-        least = COMPRESSED if self._smoothing.compressed else 0.0
-        tolerance = max(0.0, SPREAD * (max(noise, least) - UNSEEN))
         reach = (DENOISE_ROWS + CENSUS_ROWS) << len(self.small)     # of rows at full size
 
         def describe_band(band):
+            noise = min(self.noise, LOUDEST)
+            least = COMPRESSED if self._smoothing.compressed else 0.0
+            tolerance = max(0.0, SPREAD * (max(noise, least) - UNSEEN))
             if shift < 0:
                 full.right.spread(self._right, -shift, *widened(band, reach, full.rows))
             bands = [(band[0], band[1] >> level, band[2] >> level) for level in range(len(sizes))]

@@ -97,20 +97,21 @@ class WarmStart:
         self._moved = zeros(nothing.shape, nothing.dtype), zeros((rows, columns), np.uint8)
         self._distances, self._moved_weights = zeros((2, *half), np.uint8), zeros(half, np.uint8)
         self._weights, self._weighted = zeros((rows, columns), np.uint8), False
-        self._strengths = np.zeros_like(self._averaging.tiles[0].choices, np.uint8)
+        self._choices = np.zeros_like(self._averaging.choices[0])
+        self._strengths = np.zeros_like(self._choices, np.uint8)
         self._prior = Prior(nothing, self._weights)
         self._inherited, self._valid = zeros(half, np.uint16), zeros(half, np.uint8)
 
     def average(self, pool, state, views):
         """Average the pictures of `Views` with those of a state; None starts anew."""
         self._averaging.average(pool, views.pictures, History.of(state))
-        left, ages = self._averaging.tiles[0], self._averaging.ages_of_both
         # The labels are those of the last search: a tile that changed since then has none.
         searched = 1 if state is None else 1 + state.own.since_search       # frames ago
-        self._choices = np.where(ages <= searched, np.int8(-1), left.choices)
-        motion.tile_strengths(self._choices, ages, len(CUTS), self._strengths)
+        motion.tile_strengths(
+            self._averaging.choices[0], self._averaging.ages_of_both, searched, len(CUTS),
+            self._choices, self._strengths)
         self._left = views.pictures[0]
-        self._packed, self._moved_weights[:] = None, 0
+        self._packed = None
 
     def follow(self, pool, state, camera, views):
         """
@@ -120,6 +121,8 @@ class WarmStart:
         """
         half_grey = views.half.left.grey[:, :views.half.columns]
         self._moving.follow(pool, state, camera, half_grey, self._averaging.share)
+        if self._moving.motion is not None:
+            self._moved_weights[:] = 0
         if self._moving.average_warped(self._averaging, views.pictures, views.noise > NOISY,
                                        state) is not None:
             self._strengths[:] = 0      # the previous map is not in place
@@ -137,7 +140,8 @@ class WarmStart:
         The mean variance over the tiles is the mean of `1 / ages`. Its fourth root is returned,
         not the square root: tiles that are not averaged have all of the noise.
         """
-        return float((1 / self._averaging.tiles[0].ages).mean())**0.25
+        ages = self._averaging.tiles[0].ages
+        return (float(np.add.reduce(1 / ages, axis=None)) / ages.size)**0.25
 
     def no_previous_best(self, pool, state, half):
         """Return neither a parent nor a prior: only pictures are used."""
@@ -243,7 +247,7 @@ class WarmStart:
 
         state: the FrameState of the previous frame, or None; config: the MatcherConfig
         """
-        if not is_reused(state, self._averaging.tiles, config):
+        if not is_reused(state, self._averaging.choices, config):
             return None
         (pictures, ages, drifts), own = self._averaging.kept, state.own
         return state._replace(pictures=pictures, ages=ages, drifts=drifts,
@@ -272,7 +276,7 @@ class WarmStart:
         """
         (labels, validity), self._kept = self._kept, None
         cells, *seen = self._seen(pool, before, refinement.fine_labels)
-        result = new_result(before, self._averaging.tiles, config, match)
+        result = new_result(before, self._averaging.choices, config, match)
         return FrameState(
             *self._averaging.kept, NO_COLOURS, self._moving.state(cells, validity),
             RealtimeState(labels, validity, *seen, *result), views.left_shift, None, 0, config)

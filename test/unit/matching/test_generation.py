@@ -80,9 +80,9 @@ def test_any_size_range_and_parents_are_those_of_the_twin(
     generation.select(
         chain, SimpleNamespace(
             labels=labels, prior=None if model.box else half,
-            chosen=SimpleNamespace(labels=found), disparities=half_disparities(disparities)),
-        before and parent_of(*before[:6], shift=shift),
-        older if previous and not model.box else None)
+            chosen=SimpleNamespace(labels=found), disparities=half_disparities(disparities)))
+    generation.previous = before and parent_of(*before[:6], shift=shift)
+    generation.prior = older if previous and not model.box else None
     chain.run()
 
     genes, origins = twins.tile_genes(
@@ -229,7 +229,8 @@ def test_the_half_size_chromosome_is_put_together_as_by_the_twins(
     for memory in (*search._memory, search._squares._memory):
         memory[:] = np.random.default_rng(1).integers(0, 256, memory.shape)
     half_size.search(pool)
-    half = half_size.complete(pool, grey, NOISE)
+    half = half_size.complete(pool, SimpleNamespace(
+        full=SimpleNamespace(left=SimpleNamespace(grey=grey)), noise=NOISE))
     pool.close()
     for found, expected in zip(
             (half.labels, half.validity, half.prior.labels, half.prior.weights),

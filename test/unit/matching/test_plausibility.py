@@ -215,8 +215,8 @@ def rejected(disparity, min_disparity=0, disparities=CUT):
     # Repeated, so that the margin does not end where the image does.
     disparity = np.tile(np.array(disparity, np.float32), (1, disparities + EXTRA_LABELS))
     match = Match(disparity.copy(), np.ones_like(disparity), [], {}, False)
-    return reject_beyond(ThreadPool(1), MatcherConfig(
-        min_disparity=min_disparity, disparities=disparities), disparities + EXTRA_LABELS, match)
+    return replace(match, **reject_beyond(ThreadPool(1), MatcherConfig(
+        min_disparity=min_disparity, disparities=disparities), disparities + EXTRA_LABELS, match))
 
 
 @pytest.mark.parametrize('profile', ['realtime', 'quality'])

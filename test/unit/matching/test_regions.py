@@ -7,15 +7,16 @@ import cv2
 from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
 from fuzzy_stereo_ros.matching.bands import ThreadPool
 from fuzzy_stereo_ros.matching.kernels.planes import segments
+from fuzzy_stereo_ros.matching.kernels.planes.election import GROUPS, HALVES
 from fuzzy_stereo_ros.matching.kernels.planes.plain_texture import COLUMNS_AROUND
 from fuzzy_stereo_ros.matching.kernels.possibility.costs import Prior
 from fuzzy_stereo_ros.matching.kernels.possibility.features import MARGIN
-from fuzzy_stereo_ros.matching.kernels.units import CONSISTENT, STEPS
-from fuzzy_stereo_ros.matching.realtime.half_size import SmallResult, SURE
+from fuzzy_stereo_ros.matching.kernels.units import CONSISTENT, STEPS, SURE
+from fuzzy_stereo_ros.matching.realtime.half_size import SmallResult
 from fuzzy_stereo_ros.matching.realtime.matcher import Stages
 from fuzzy_stereo_ros.matching.realtime.operators import GreyRegions, NotMutated
 from fuzzy_stereo_ros.matching.realtime.plain_regions import (
-    BURNT, CLIP, elect, GROUPS, LEAST_CLIP, NEAREST, PLAIN_STEP, PlainRegions)
+    BURNT, CLIP, LEAST_CLIP, PLAIN_STEP, PlainRegions)
 from fuzzy_stereo_ros.matching.realtime.views import Views
 from hypothesis import example, given, settings, strategies as st
 from made_scenes import bits
@@ -158,11 +159,11 @@ def test_evidence_is_that_of_the_twin(size, min_disparity):
         np.testing.assert_array_equal(curves[places[cell], :, :DISPARITIES], curve)
         np.testing.assert_array_equal(counts[places[cell], :DISPARITIES], count)
     if min_disparity == 0:
-        election = elect(plain._found.votes, places, DISPARITIES, NEAREST)
-        expected = [twins.elect(found, of_region, DISPARITIES, NEAREST, GROUPS)
+        election = plain._found.election
+        expected = [twins.elect(found, of_region, DISPARITIES, plain._nearest, GROUPS)
                     for of_region in range(numbers.max() + 1)]
         np.testing.assert_allclose(
-            np.column_stack([election.best, election.shares]), expected)
+            np.column_stack([election.best, election.facts[:, HALVES:]]), expected)
 
 
 # ---- regions of weak texture and their planes ----

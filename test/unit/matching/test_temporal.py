@@ -294,9 +294,9 @@ def test_maps_and_ages_move_but_for_the_tiles_that_stayed(shape, shift, seed):
 
 @settings(max_examples=100)
 @given(st.integers(2, 65), st.integers(2, 65), st.integers(1, 9), st.integers(0, 3),
-       st.booleans(), st.sampled_from([1, 3]), st.integers(0, 999))
+       st.booleans(), st.sampled_from([1, 3]), st.integers(0, 5), st.integers(0, 999))
 def test_the_prior_is_where_labels_are_trusted_and_flat_and_counts_more_with_the_age_of_the_tile(
-        rows, columns, spread, distance, wide, most, seed):
+        rows, columns, spread, distance, wide, most, searched, seed):
     """Trusted is what was consistent and agrees with the half map; not beside what changed."""
     offset, dtype = (300, np.uint16) if wide else (0, np.uint8)
     shape, cells = (rows, columns), np.s_[:rows // 2 * 2:2, :columns // 2 * 2:2]
@@ -311,7 +311,10 @@ def test_the_prior_is_where_labels_are_trusted_and_flat_and_counts_more_with_the
     strengths, weights = np.full(tiles, 9, np.uint8), np.full(shape, 9, np.uint8)
     for first, last in ((0, 1), (1, len(half))):
         trusted_cells(labels, validity, half, distance, half_labels, trusted, first, last)
-    tile_strengths(choices, ages, most, strengths)
+    seen = np.full(tiles, 9, np.int8)
+    tile_strengths(choices, ages, searched, most, seen, strengths)
+    choices = np.where(ages > searched, choices, -1)
+    np.testing.assert_array_equal(seen, choices)
     for first, last in ((0, 1), (1, tiles[0])):
         previous_prior(trusted, smooth, strengths, weights, first, last)
     np.testing.assert_array_equal(half_labels, labels[cells])

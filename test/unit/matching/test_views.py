@@ -88,6 +88,7 @@ def test_noise_is_found_to_a_tenth_on_a_picture_that_rises_slowly(sigma):
     estimate = NoiseEstimate(96, 160)
     for first in range(0, 96, 32):
         estimate.measure(full, half, first, first + 32)
+    estimate.estimate()
     assert 0.8 * sigma < estimate.level < 1.1 * sigma
 
 

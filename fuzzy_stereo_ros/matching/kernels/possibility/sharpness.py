@@ -31,24 +31,24 @@ def count_coefficients(luminance, begin, columns, apart, unit, counts, first, la
     begin: column of the first block, from 0; apart: step of measured blocks; unit: of luminance in
     a grey level; counts: int64 (3,), increased; first: a multiple of JPEG_BLOCK
     """
-    across = np.empty((4, JPEG_BLOCK), np.float32)
+    waves = np.empty((4, JPEG_BLOCK), np.float32)   # of the columns of a block
     smallest, small_to = np.float32(SMALL[0] * unit), np.float32(SMALL[1] * unit)
     large_from, largest = np.float32(LARGE[0] * unit), np.float32(LARGE[1] * unit)
     middle_from, middle_to = np.float32(MIDDLE[0] * unit), np.float32(MIDDLE[1] * unit)
     for top in range(first, last - JPEG_BLOCK + 1, JPEG_BLOCK):
         start = begin + JPEG_BLOCK * (top // JPEG_BLOCK * 3 % apart)
         for left in range(start, columns - JPEG_BLOCK + 1, JPEG_BLOCK * apart):
+            waves[:] = 0
             for row in range(JPEG_BLOCK):
                 line = luminance[top + row + MARGIN, left + MARGIN:]
                 for wave in range(1, 4):
-                    value = np.float32(0)
+                    share, sums = WAVES[wave, row], waves[wave]
                     for column in range(JPEG_BLOCK):
-                        value += WAVES[wave, column] * np.float32(line[column])
-                    across[wave, row] = value
+                        sums[column] += share * np.float32(line[column])
             for down, right in FREQUENCIES:
                 value = np.float32(0)
-                for row in range(JPEG_BLOCK):
-                    value += WAVES[down, row] * across[right, row]
+                for column in range(JPEG_BLOCK):
+                    value += WAVES[right, column] * waves[down, column]
                 size = abs(value)
                 counts[0] += smallest <= size < small_to
                 counts[1] += large_from <= size < largest

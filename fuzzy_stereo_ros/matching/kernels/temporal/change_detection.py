@@ -5,6 +5,7 @@ Compare the tiles of a picture with the previous one, and average the unchanged 
 
 Differences are taken in 1 / 32 grey level of 8 bits, so that sums of four fit 16 bits.
 """
+from fuzzy_stereo_ros.matching.kernels.addresses import of_rank
 from fuzzy_stereo_ros.matching.kernels.compiled import called, inlined, kernel
 from fuzzy_stereo_ros.matching.kernels.possibility.features import MARGIN
 from fuzzy_stereo_ros.matching.kernels.rows import copy_row, pad_row
@@ -22,6 +23,9 @@ UNITS = 32       # units of a compared difference in a grey level
 LARGEST_SLOPE, PRODUCT_BITS = 1024, 8
 LEAST_VARIED = 0.02     # share of the squares of slopes that is left without their mean
 SIZE_OF_NOISE = 0.8     # mean size of white noise of 1
+SECOND = 1.954          # mean size of its second differences
+PLAINEST = 0.1          # share of the tiles, those of least second differences, that show noise
+LOST = 0.75             # share of the variance of noise that halving a picture removes
 
 
 # What is measured of a tile, see compare_tiles.
@@ -181,6 +185,19 @@ def roughness(luminance, columns, rough, first, last):
                 total += totals[column]
             number = read * (min((tile + 1) * TILE, columns) - tile * TILE)
             rough[tile_row, tile] = np.float32(total) / np.float32(256 * number)
+
+
+@called(allocates=True)
+def _plainest(rough):
+    """Return the noise of a picture by its plainest tiles, grey levels, as if without texture."""
+    some = rough.ravel().copy()
+    return np.float64(of_rank(some, some.size, int(PLAINEST * (some.size - 1)))) / SECOND
+
+
+@kernel(allocates=True)
+def noise_level(full, half):
+    """Return the noise of a picture by its `roughness` at full and at half size, grey levels."""
+    return np.sqrt(max(_plainest(full)**2 - _plainest(half)**2, 0.0) / LOST)
 
 
 @kernel(allocates=True)

@@ -112,13 +112,18 @@ def move_map(source, choices, down, right, outside, result, first, last):
 
 
 @kernel
-def tile_strengths(choices, ages, most, strengths):
+def tile_strengths(found, ages, searched, most, choices, strengths):
     """
     Write the weight of the previous best in each tile: uint8, 0 in and beside changed tiles.
 
-    most: the largest strength, reached after as many previous frames
+    found: choices of averaging; choices: the same, -1 where a tile has changed since the last
+    search, `searched` frames ago; most: the largest strength, reached after as many previous
+    frames
     """
     rows, columns = choices.shape
+    for row in range(rows):
+        for column in range(columns):
+            choices[row, column] = found[row, column] if ages[row, column] > searched else -1
     for row in range(rows):
         above, below = max(row - 1, 0), min(row + 1, rows - 1)
         for column in range(columns):
