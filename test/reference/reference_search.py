@@ -45,7 +45,7 @@ def gene_costs(volume, chromosome, validity, target, inside, hidden, contradicte
         costs[row, column] = volume[row, column, label]
         if validity[row, column] == INVALID:
             nearer = int(target[row, extra + pointed]) - label
-            if volume.shape[2] > 256:        # the target's labels are known modulo 256
+            if volume.shape[2] > 255:        # the labels of the target are known modulo 256
                 nearer = (nearer + 128) % 256 - 128
             if abs(nearer) > 1:
                 costs[row, column] = hidden if nearer > 1 else contradicted

@@ -208,9 +208,9 @@ equal, at_most, less = _compared('=='), _compared('<='), _compared('<')
 
 @intrinsic
 def narrow(typing, vector):
-    """Return the low eight bits of each lane of a 16-bit vector."""
-    return generated(VECTOR[8](VECTOR[16]),
-                     lambda builder, wide: builder.trunc(wide, lanes_in_llvm(8)))
+    """Return the low eight bits of each lane of a vector of 16 bits, or of 8."""
+    return generated(VECTOR[8](vector), lambda builder, wide: (
+        wide if vector.bits == 8 else builder.trunc(wide, lanes_in_llvm(8))))
 
 
 @intrinsic

@@ -16,7 +16,7 @@ import cv2
 from fuzzy_stereo_ros.matching.bands import Chain
 from fuzzy_stereo_ros.matching.kernels.possibility.features import MARGIN
 from fuzzy_stereo_ros.matching.kernels.temporal.change_detection import (
-    blend, compare_tiles, MEASURES, roughness, TILE)
+    blend, compare_tiles, MEASURES, TILE)
 from fuzzy_stereo_ros.matching.kernels.temporal.motion import best_shift, move_ages, thumbnail
 from fuzzy_stereo_ros.matching.kernels.temporal.unchanged_tiles import (
     add_drifts, ages_of_both, changes_alike, choose_tiles, reject_drifting, reject_pointed_at,
@@ -92,7 +92,6 @@ class ViewTiles(NamedTuple):
     """A view compared with its previous picture, by tile: (tile rows, tile columns)."""
 
     differences: np.ndarray  # float32 (2, MEASURES, ...), by shift; see compare_tiles
-    rough: np.ndarray        # float32, second differences
     noises: np.ndarray       # float32, grey levels
     ages_then: np.ndarray    # float32 (2, ...), by shift, frames in the previous average
     choices: np.ndarray      # int8, index of the shift; -1: it changed and is not averaged
@@ -147,12 +146,12 @@ class Averaging:
         self.pictures = np.empty((2, *self._size), np.uint16)
         self.blend(pool, views, (0, 1), self.pictures, self.pictures)
 
-    def average(self, pool, views, history, search=True):
+    def average(self, pool, views, noises, history, search=True):
         """
         Average both views with the previous pictures, where they stayed or moved as a whole.
 
-        views: left and right; history: the `History`, None to start anew; search: whether the
-        picture may have moved as a whole.
+        views: left and right; noises: the `NoiseEstimate` of each; history: the `History`, None
+        to start anew; search: whether the picture may have moved as a whole.
         """
         if history is None:
             self._restart(pool, views)
@@ -160,6 +159,7 @@ class Averaging:
         pictures, ages, drifts, labels = history
         self._move_by(0, 0)
         self._both.ages_then[:], self._both.drifts_then[:] = ages[:, None], drifts[:, None]
+        self._rough = [noise.rough for noise in noises]
         shares = self._choose(pool, views, history, 1)
         if search and min(shares) < STILL:
             self._move_by(*self._shift.between(pictures[0], views[0].luminance))
@@ -204,13 +204,11 @@ class Averaging:
             for tiles, view, picture, shift in zip(self.tiles, views, history.pictures, shifts):
                 compare_tiles(view.luminance, picture, *shift, tiles.differences[number - 1],
                               band[1], band[2])
-                if number == 1:
-                    roughness(view.luminance, view.columns, tiles.rough, band[1], band[2])
 
         def choose(side):
             tiles = self.tiles[side]
             differences = tiles.differences[:number]
-            noises[side] = tile_noises(differences, tiles.rough, tiles.noises)
+            noises[side] = tile_noises(differences, self._rough[side], tiles.noises)
             choose_tiles(differences, tiles.ages_then[:number], tiles.noises,
                          tiles.choices, tiles.ages, tiles.sizes)
         chain, noises = Chain(pool), [0.0, 0.0]

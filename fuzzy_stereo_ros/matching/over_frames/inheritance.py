@@ -51,7 +51,7 @@ class Inheritance:
         self._channels = [Picture(rows, columns, side > 0) for side in self._sides]
         self._bands = cut_bands(rows, 2)
         self._averaging = Averaging(rows, columns, config.min_disparity)
-        self._noise, *self._noises = (NoiseEstimate(rows, columns) for _ in range(3))
+        self._noises = [NoiseEstimate(rows, columns) for _ in range(2)]
         self._evidence = Evidence(*self._halves, self._noises, config.min_disparity)
         self._moving = MovingCamera(rows, columns, config.min_disparity)
         self._origins = np.zeros((seen, rows, columns), np.int32)
@@ -105,20 +105,19 @@ class Inheritance:
         camera: a `Camera` that may have moved, or None. Returns whether maps are inherited.
         """
         averaging, moving = self._averaging, self._moving
-        self.views[0].halve(self._half, 0, self._half.rows)
-        self._noise.measure(self.views[0], self._half, 0, self.views[0].rows)
-        self._noise.estimate()
-        self.noisy = self._noise.level > NOISY
+        self._measure_noise()
+        self.noisy = self._noises[0].level > NOISY
         number = len(self._channels) if self._coloured else 0
         if state is not None and len(state.colours) != number:
             state = None
         before = (state.colours if state is not None
                   else np.empty((number, *self._shape), np.uint16) if number else NO_COLOURS)
-        averaging.average(pool, self.views, History.of(state))
+        averaging.average(pool, self.views, self._noises, History.of(state))
         self.views[0].halve(self._half, 0, self._half.rows)
         followed = moving.follow(pool, state, camera, self._half.grey[:, :self._half.columns],
                                  averaging.share)
-        warped = moving.average_warped(averaging, self.views, self.noisy, state, self._sides)
+        warped = moving.average_warped(averaging, self.views, self._noises, self.noisy, state,
+                                       self._sides)
         before = before if warped is None else warped
         self._colours = np.empty_like(before)
         averaging.blend(pool, self._channels[:number], self._sides, before, self._colours,
@@ -132,6 +131,11 @@ class Inheritance:
                 for row, line in enumerate(origins):
                     line[young[row // TILE, :line.size]] = warp.NEW
         return True
+
+    def _measure_noise(self):
+        for view, noise in zip(self.views, self._noises):
+            noise.measure(view, 0, view.rows)
+            noise.estimate()
 
     def _find_origins(self, maps, followed):
         """
@@ -170,10 +174,9 @@ class Inheritance:
     def seen(self, labels):
         """Return where the pair shows what a map, (R, C) labels, matches: bool (R, C)."""
         rows = len(labels)
-        for view, half, noise in zip(self.views, self._halves, self._noises):
+        for view, half in zip(self.views, self._halves):
             view.halve(half, 0, half.rows)
-            noise.measure(view, half, 0, rows)
-            noise.estimate()
+        self._measure_noise()
         self._evidence.sum_up(labels, (0, 0, rows))
         self._evidence.judge()
         validity, no_votes = (np.full(labels.shape, CONSISTENT, np.uint8) for _ in range(2))

@@ -160,18 +160,21 @@ class MovingCamera:
                              (self.moved, self.source))
         return self.motion is not None
 
-    def average_warped(self, averaging, views, noisy, previous, sides=()):
+    def average_warped(self, averaging, views, noises, noisy, previous, sides=()):
         """
         Average views with the pictures of a FrameState, warped, where nothing better was found.
 
-        That is where noise is high and the `Averaging` found no unchanged tiles. noisy: whether
-        it is, before averaging; sides: of the state's colours, of the left or the mirrored right
-        view, 0 or 1. Returns the warped colours, None where nothing was averaged.
+        That is where noise is high and the `Averaging` found no unchanged tiles. noises: the
+        `NoiseEstimate` of each view; noisy: whether it is high, before averaging; sides: of the
+        state's colours, of the left or the mirrored right view, 0 or 1. Returns the warped
+        colours, None where nothing was averaged.
         """
         if self.motion is None or not noisy or averaging.share >= ANOTHER:
             return None
         pictures, ages, colours = self._warped(previous, sides)
-        averaging.average(self._pool, views, History(
+        for view, noise in zip(views, noises):
+            noise.measure(view, 0, view.rows)
+        averaging.average(self._pool, views, noises, History(
             pictures, ages, np.zeros_like(previous.drifts), None), search=False)
         return colours
 

@@ -94,24 +94,25 @@ def luminance_shift(left, right, before=None):
 
 
 class NoiseEstimate:
-    """An estimate of the noise of pictures of one size; level: grey levels, deviation."""
+    """
+    An estimate of the noise of pictures of one size.
+
+    rough: float32, by tile, see roughness; level: grey levels, deviation
+    """
 
     def __init__(self, rows, columns):
         """Allocate for full images of a size."""
-        self._rough = [np.zeros((-(-height // TILE), -(-width // TILE)), np.float32)
-                       for height, width in ((rows, columns), (rows // 2, columns // 2))]
+        self.rough, self._half_rough = (
+            np.zeros((-(-height // TILE), -(-width // TILE)), np.float32)
+            for height, width in ((rows, columns), (rows // 2, columns // 2)))
         self.level = 0.0
 
-    def measure(self, full, half, first, last):
-        """
-        Measure some rows of a picture; full, half: `Picture`s of it.
-
-        first, last: rows of the full image, from a multiple of 2 TILE on
-        """
-        for view, rough, size in zip((full, half), self._rough, (TILE, 2 * TILE)):
-            roughness(view.luminance, view.columns, rough, first // size,
-                      min(-(-last // size), len(rough)))
+    def measure(self, picture, first, last):
+        """Measure some rows of a `Picture`, from a multiple of 2 TILE on."""
+        offset = picture.columns % 2 if picture.mirrored else 0
+        roughness(picture.luminance, picture.columns, offset, self.rough, self._half_rough,
+                  first, last)
 
     def estimate(self):
         """Write the `level`, once all rows are measured."""
-        self.level = noise_level(*self._rough)
+        self.level = noise_level(self.rough, self._half_rough)

@@ -15,7 +15,7 @@ from fuzzy_stereo_ros.matching.kernels.genetic.exchange import differing_cells
 from fuzzy_stereo_ros.matching.kernels.possibility.costs import CENSUS_CUT, SLOPE_CUT
 import numpy as np
 
-SAMPLE_STEP = 16     # row step where a sample is enough
+SAMPLE_STEP = 32     # row step where a sample is enough
 
 
 class CensusFitness:

@@ -28,8 +28,8 @@ USUAL = 12      # genes of a tile, for which memory is made before the first fra
 
 
 def gene_type(disparities):
-    """Return the smallest dtype of genes."""
-    return np.uint8 if disparities <= 256 else np.uint16
+    """Return the smallest dtype of genes, whose largest number is none."""
+    return np.uint8 if disparities < 256 else np.uint16
 
 
 def parent_of(labels, validity=None, cell=1, scale=1, grow=0, choices=None, shift=(0, 0)):

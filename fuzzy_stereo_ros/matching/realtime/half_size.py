@@ -96,7 +96,7 @@ class SmallSize:
         chain.each(lambda step: self._speckles.join(chosen.labels, step, bands), [1])
         chain.each(lambda band: self._speckles.reject(validity, SPECKLE, band), bands)
         chain.each(fill_band, bands)
-        chain.each(smooth_band, bands, reach=1)
+        return chain.each(smooth_band, bands, reach=1)
 
 
 class HalfSize(SmallSize):
@@ -122,7 +122,7 @@ class HalfSize(SmallSize):
             zeros((rows, columns), gene_type(disparities)), zeros((rows, columns), np.uint8)))
 
     def complete(self, chain, views, after=None):
-        """Return the `SmallResult` of a search of `Views`, whose noise is no texture."""
+        """Complete the `result` of a search of `Views`, whose noise is no texture."""
         labels, validity, chosen, _, prior, certainty = self.result
 
         def measure(band):
@@ -137,5 +137,4 @@ class HalfSize(SmallSize):
             half_size_prior.half_prior(
                 labels, (chosen.labels, chosen.offsets, chosen.margins, validity),
                 self.weak, self._smooth, tuple(prior), first, last)
-        self.finish(chain, after, measure, write_limits)
-        return self.result
+        return self.finish(chain, after, measure, write_limits)

@@ -132,6 +132,8 @@ class RealtimeMatcher:
         if previous is None and self._config.warm_start:
             warm.average(chain, None, views)
         chain.run()
+        if camera is not None:
+            views.full.left.halve(views.half.left, 0, views.half.rows)
         if previous is not None:
             warm.average(pool, previous, views)
         watch.lap('pictures')
@@ -151,13 +153,11 @@ class RealtimeMatcher:
         views, chain = self._views, Chain(self.pool)
         described = views.describe(chain)
         chain.each(self._watch.lap, ['possibility'])
-        found = self._plain_regions.find(chain)
+        self._plain_regions.find(chain)
         searched = self._half_size.search(chain, after=described)
-        half = self._half_size.complete(chain, views, after=searched)
-        split = self._plain_regions.split(chain, after=found)
-        self._plain_regions.mutate(chain, half)
-        # while plain regions are judged
-        self._weak_regions.grow(chain, views.half.left.luminance, self._half_size.weak, split)
+        completed = self._half_size.complete(chain, views, after=searched)
+        self._plain_regions.mutate(chain, self._half_size.result)
+        self._weak_regions.grow(chain, views.half.left.luminance, self._half_size.weak, completed)
         return chain
 
     def _inherit(self, previous):

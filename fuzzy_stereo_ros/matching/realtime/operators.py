@@ -177,4 +177,4 @@ class NotMutated:
     def grow(self, *_, after=None):
         """Grow no regions."""
 
-    find = split = mutate = grow
+    find = mutate = grow

@@ -7,7 +7,8 @@ Not in the paper, which mutates cell by cell. A plain wall has texture too faint
 noise, JPEG or a vignette hide it from census and gradient. All pixels of the wall together still
 determine its disparity. A region takes the plane that its pixels vote for where their evidence
 exceeds that of the half-size map. The plane is written into that map and is a prior of the full
-search, which so uses the same evidence. Regions that single windows can match are left alone.
+search, which so uses the same evidence. Regions that single windows can match are left alone: of
+most pictures nothing is computed but where they are.
 
 No estimate of noise is needed. A region is split into halves in many ways, and each half elects a
 disparity of its own: if the evidence is chance, they differ. Halves are of whole columns, since
@@ -78,16 +79,16 @@ class PairRegions(NamedTuple):
     """
     The plain regions of a pair.
 
-    places, starts: of number_cells; pieces, begins: of list_pieces; planes: float64 (cells, 3),
-    see write_planes; certainty: uint8 (cells,), of the map, or of the plane taken
+    places, starts: of number_cells; pieces, begins: of list_pieces; cells: see `Votes`; planes:
+    float64 (cells, 3), see write_planes; certainty: uint8 (cells,), of the map, or of the plane
+    taken
     """
 
     places: np.ndarray
     starts: np.ndarray
     pieces: np.ndarray
     begins: np.ndarray
-    votes: Votes
-    election: Election
+    cells: np.ndarray
     planes: np.ndarray
     certainty: np.ndarray
 
@@ -110,66 +111,73 @@ class PlainRegions:
         end = full.left.columns - 1
         first, last = end - full.target_range[1], end - full.target_range[0]
         self._existing = (0, end), (max(first, 0), min(last, full.right.columns - 1))
-        self._found = None
+        self._found = self._votes = self._election = None
 
     def find(self, pool):
         """Find the plain regions of the left view."""
         left = self._left
         pool.each(lambda band: left.mark(*band[1:]), self._parts(pool, SHORT))
         self._regions.grow(pool, left.half.luminance, left.plain.mask)
-        return pool.each(self._list, [self._cells])
-
-    def split(self, pool, after=None):
-        """Split the texture of both views into bands, after the regions are found."""
-        right = self._right
-
-        def split(band):
-            right.mark(*widened(band, plain_texture.MEAN_REACH, len(right.plain.mask)))
-            for texture, existing in zip((self._left, right), self._existing):
-                texture.split(existing, band)
-        return pool.each(partial(self._if_found, split), self._parts(pool), after)
+        pool.each(self._list, [self._cells])
 
     def mutate(self, pool, half):
         """
-        Give the plain regions, once texture is split, the planes that they vote for.
+        Give the plain regions that windows do not match the planes that they vote for.
 
         half: the `SmallResult`, whose labels, prior of the full search and certainty are written
         """
         left, right, bands = self._left, self._right, self._parts(pool, SHORT)
 
+        def judge_map(found):
+            number = kernels.judge_map(found.pieces, found.starts, half.labels, half.validity,
+                                       *found[4:])
+            self._votes = self._new_votes(found) if number else None
+
+        def split(band):
+            right.mark(*widened(band, plain_texture.MEAN_REACH, len(right.plain.mask)))
+            for texture, existing in zip((left, right), self._existing):
+                texture.split(existing, band)
+
         def vote(band):
             for texture in (left, right):
                 texture.quantise(band)
-            votes, pieces = self._found.votes, self._pieces(band)
-            kernels.sum_cells(pieces, half.labels, half.validity, votes.cells)
-            plain_texture.vote(pieces, left.bands.values, right.bands.values, right.bands.seen,
-                               votes.curves, votes.counts)
+            plain_texture.vote(self._pieces(band), left.bands.values, right.bands.values,
+                               right.bands.seen, self._votes.curves, self._votes.counts)
 
         def write(band):
             found, pieces = self._found, self._pieces(band)
             kernels.write_planes(
                 pieces, found.planes, found.certainty, half.labels, self._half_disparities - 1,
                 tuple(half.prior), self._disparities - 1, half.certainty)
-        pool.each(partial(self._if_found, vote), bands)
-        pool.each(partial(self._if_found, self._judge), [self._nearest])
-        pool.each(partial(self._if_found, write), bands)
+        pool.each(lambda _: self._found and judge_map(self._found), [0])
+        for stage, items in ((split, self._parts(pool)), (vote, bands), (self._judge, [0])):
+            pool.each(partial(self._if_voting, stage), items)
+        pool.each(lambda band: self._found and write(band), bands)
 
-    def _judge(self, nearest):
-        """Have the regions elect disparities from a label on, and judge the planes around them."""
-        found = self._found
-        votes, election = tuple(found.votes), tuple(found.election)
-        elect(votes, found.places, nearest, election)
-        kernels.judge(votes, found.places, found.starts, election, nearest, found.planes,
-                      found.certainty)
+    def _new_votes(self, found):
+        """Return the `Votes` of regions, none cast yet."""
+        cells = len(found.cells)
+        return Votes(np.zeros((cells, plain_texture.BANDS, self._labels), np.int16),
+                     np.zeros((cells, self._labels), np.int16), found.cells)
+
+    def _judge(self, _):
+        """Have the regions elect disparities, and judge the planes around them."""
+        found, votes, number = self._found, tuple(self._votes), len(self._found.places)
+        self._election = Election(
+            *(np.empty((number, self._disparities), kind) for kind in (np.float64, np.bool_)),
+            np.empty(number, np.int64), np.empty((number, FACTS)))
+        elect(votes, found.places, self._nearest, tuple(self._election))
+        kernels.judge(votes, found.places, found.starts, tuple(self._election), self._nearest,
+                      found.planes, found.certainty)
 
     def _pieces(self, band):
         """Return the pieces of the regions found in a band of rows."""
         first, last = (self._found.begins[-(-row // kernels.CELL_ROWS)] for row in band[1:])
         return self._found.pieces[first:last]
 
-    def _if_found(self, work, item):
-        """Call work(item) if the pair has plain regions."""
-        if self._found is not None:
+    def _if_voting(self, work, item):
+        """Call work(item) if windows do not match all plain regions of the pair."""
+        if self._votes is not None:
             work(item)
 
     def _parts(self, pool, each=1):
@@ -180,18 +188,12 @@ class PlainRegions:
     def _list(self, sides):
         """List the cells that the regions reach into; sides: rows and columns of cells."""
         regions, number = self._regions.regions, self._regions.number
-        self._found = None
+        self._found = self._votes = None
         if number == 0:
             return
         places, starts = np.empty((number, *sides), np.int32), np.zeros(number + 1, np.int32)
         cells, pieces = kernels.number_cells(regions, places, starts)
         listed, begins = np.empty((pieces, 4), np.int32), np.zeros(sides[0] + 1, np.int64)
         kernels.list_pieces(regions, places, listed, begins)
-        votes = Votes(
-            np.zeros((cells, plain_texture.BANDS, self._labels), np.int16),
-            np.zeros((cells, self._labels), np.int16), np.zeros((cells, 5), np.int32))
-        election = Election(
-            *(np.empty((number, self._disparities), kind) for kind in (np.float64, np.bool_)),
-            np.empty(number, np.int64), np.empty((number, FACTS)))
-        self._found = PairRegions(places, starts, listed, begins, votes, election,
+        self._found = PairRegions(places, starts, listed, begins, np.zeros((cells, 5), np.int32),
                                   np.empty((cells, 3)), np.empty(cells, np.uint8))

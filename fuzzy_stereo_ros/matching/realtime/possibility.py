@@ -47,15 +47,13 @@ class CensusPicture(Picture):
     """
     A picture with its census and gradient, allocated once.
 
-    denoised: the luminance in which the census compares the farther pixels; least_step: see
-    `Model`; edges: the grey whose steps make a jump cheaper
+    least_step: see `Model`; edges: the grey whose steps make a jump cheaper
     """
 
     def __init__(self, rows, columns, mirrored, reach):
         """reach: elements behind the columns that may be read in a mirrored image."""
         super().__init__(rows, columns, mirrored)
         stride = columns + reach + features.SLACK
-        self.denoised, self._denoised = self.luminance, zeros(self.luminance.shape, np.uint16)
         self._smoothed = zeros(self.luminance.shape, np.uint16), zeros(self.grey.shape, np.uint8)
         self.edges, self.least_step = self.grey, 0
         self.census = zeros((rows, 3, stride), np.uint8)
@@ -71,17 +69,11 @@ class CensusPicture(Picture):
         before, (self.luminance, self.grey) = (self.luminance, self.grey), self._smoothed
         self._smoothed = before
 
-    def denoise(self, tolerance, first, last):
-        """Fill some rows of `denoised`: see features.denoise; a tolerance of 0 changes nothing."""
-        self.denoised = self._denoised if tolerance else self.luminance
-        if tolerance:
-            features.denoise(self.luminance, tolerance, self.columns, self.denoised, first, last)
-
-    def describe(self, first, last):
-        """Fill census and gradient of some rows."""
-        features.census(self.luminance, self.denoised, self.least_step, self.mirrored,
-                        self.columns, self.census, first, last)
-        features.gradient(self.grey, self.mirrored, self.columns, self.slopes, first, last)
+    def describe(self, first, last, tolerance=0):
+        """Fill census and gradient of some rows; tolerance: see features.describe."""
+        features.describe(
+            (self.luminance, self.grey), tolerance, self.least_step, self.mirrored, self.columns,
+            self.census, self.slopes, first, last)
 
 
 class CensusPossibility:
@@ -112,15 +104,10 @@ class CensusPossibility:
         self.model = model
         self.left.least_step = self.right.least_step = model.least_step
 
-    def denoise(self, tolerance, first, last):
-        """Fill the rows of both denoised images, once both views are read."""
-        self.left.denoise(tolerance, first, last)
-        self.right.denoise(tolerance, first, last)
-
-    def describe(self, first, last, noise=0.0):
-        """Fill the features of some rows, once both views are denoised; noise: grey levels."""
-        self.left.describe(first, last)
-        self.right.describe(first, last)
+    def describe(self, first, last, noise=0.0, tolerance=0):
+        """Fill the features of some rows; noise: grey levels; tolerance: see features.describe."""
+        self.left.describe(first, last, tolerance)
+        self.right.describe(first, last, tolerance)
         model, edge = self.model, int(GREY_EDGE + NOISY_EDGE * noise)
         features.jump_penalties(
             self.left.edges, model.jump, model.jump_at_edge,

@@ -10,7 +10,7 @@ from itertools import pairwise
 from fuzzy_stereo_ros.matching.bands import widened
 from fuzzy_stereo_ros.matching.out_of_range import EXTRA_LABELS
 from fuzzy_stereo_ros.matching.over_frames.pictures import (
-    luminance_shift, NoiseEstimate, Picture)
+    luminance_shift, NoiseEstimate)
 from fuzzy_stereo_ros.matching.realtime.possibility import (
     CensusPicture, CensusPossibility, COARSE_SIZE, extra_columns, FULL_SIZE, HALF_SIZE, JPEG_SIZE,
     SMALLEST)
@@ -73,8 +73,6 @@ class Views:
         self._shift = config.min_disparity
         # The right image as it is read and averaged.
         self._right = CensusPicture(rows, columns, True, 0) if extra else self.full.right
-        self._half_right = (
-            Picture(rows // 2, columns // 2, True) if extra else self.half.right)
         self.noise, self.noises = 0.0, [NoiseEstimate(rows, columns) for _ in range(2)]
         self._smoothing = Smoothing(rows, columns)
 
@@ -88,7 +86,7 @@ class Views:
         left, right: uint8 or uint16 (R, C) or (R, C, 3); previous: the FrameState of the previous
         frame, or None
         """
-        full, half, shift = self.full, self.half, self._shift
+        full, shift = self.full, self._shift
         left_shift = self.left_shift = luminance_shift(
             left, right, previous and previous.left_shift)
         unit = (1 if left.ndim == 2 else 4) << left_shift if left.dtype == np.uint8 else 0
@@ -97,10 +95,8 @@ class Views:
             _, first, last = band
             full.left.read(left, 0, left_shift, first, last)
             self._right.read(right, max(shift, 0), left_shift, first, last)
-            for view, halved, noise in zip(
-                    self.pictures, (half.left, self._half_right), self.noises):
-                view.halve(halved, first // 2, last // 2)
-                noise.measure(view, halved, first, last)
+            for view, noise in zip(self.pictures, self.noises):
+                noise.measure(view, first, last)
             self._smoothing.measure(self.pictures, unit, band)
 
         def estimate(noises):
@@ -140,7 +136,5 @@ class Views:
                 larger.left.halve(views.left, *rows)
                 larger.right.halve(views.right, *rows)
             for level, (views, rows) in enumerate(zip(sizes, bands)):
-                views.denoise(int((256 >> level) * tolerance),
-                              *widened(rows, CENSUS_ROWS, views.rows))
-                views.describe(*rows[1:], noise / 2**level)
+                views.describe(*rows[1:], noise / 2**level, int((256 >> level) * tolerance))
         return pool.each(describe_band, pool.parts(full.rows, PART))

@@ -104,7 +104,7 @@ class WarmStart:
 
     def average(self, pool, state, views):
         """Average the pictures of `Views` with those of a state; None starts anew."""
-        self._averaging.average(pool, views.pictures, History.of(state))
+        self._averaging.average(pool, views.pictures, views.noises, History.of(state))
         # The labels are those of the last search: a tile that changed since then has none.
         searched = 1 if state is None else 1 + state.own.since_search       # frames ago
         motion.tile_strengths(
@@ -123,8 +123,8 @@ class WarmStart:
         self._moving.follow(pool, state, camera, half_grey, self._averaging.share)
         if self._moving.motion is not None:
             self._moved_weights[:] = 0
-        if self._moving.average_warped(self._averaging, views.pictures, views.noise > NOISY,
-                                       state) is not None:
+        if self._moving.average_warped(self._averaging, views.pictures, views.noises,
+                                       views.noise > NOISY, state) is not None:
             self._strengths[:] = 0      # the previous map is not in place
 
     @property

@@ -229,8 +229,9 @@ def test_the_half_size_chromosome_is_put_together_as_by_the_twins(
     for memory in (*search._memory, search._squares._memory):
         memory[:] = np.random.default_rng(1).integers(0, 256, memory.shape)
     half_size.search(pool)
-    half = half_size.complete(pool, SimpleNamespace(
+    half_size.complete(pool, SimpleNamespace(
         full=SimpleNamespace(left=SimpleNamespace(grey=grey)), noise=NOISE))
+    half = half_size.result
     pool.close()
     for found, expected in zip(
             (half.labels, half.validity, half.prior.labels, half.prior.weights),

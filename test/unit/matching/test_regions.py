@@ -11,7 +11,7 @@ from fuzzy_stereo_ros.matching.kernels.planes.election import GROUPS, HALVES
 from fuzzy_stereo_ros.matching.kernels.planes.plain_texture import COLUMNS_AROUND
 from fuzzy_stereo_ros.matching.kernels.possibility.costs import Prior
 from fuzzy_stereo_ros.matching.kernels.possibility.features import MARGIN
-from fuzzy_stereo_ros.matching.kernels.units import CONSISTENT, STEPS, SURE
+from fuzzy_stereo_ros.matching.kernels.units import CONSISTENT, INVALID, STEPS, SURE
 from fuzzy_stereo_ros.matching.realtime.half_size import SmallResult
 from fuzzy_stereo_ros.matching.realtime.matcher import Stages
 from fuzzy_stereo_ros.matching.realtime.operators import GreyRegions, NotMutated
@@ -62,14 +62,19 @@ def matched(pair, stages=None, **changes):
     return matcher.match(*pair[:2]), matcher.algorithm
 
 
-def mutate(plain_regions, label, prior):
-    """Find the plain regions of the last pair again, for a half map of one label, full size."""
+def mutate(plain_regions, label, prior, matched):
+    """
+    Find the plain regions of the last pair again, for a half map of one label, full size.
+
+    matched: whether it is consistent, else half of it is
+    """
     half = np.full([side // 2 for side in prior.labels.shape], label // 2, np.uint8)
     half[:, 1::2] += label % 2
     prior.weights[:] = 0
     plain_regions.find(POOL)
-    plain_regions.split(POOL)
-    plain_regions.mutate(POOL, SmallResult(half, np.zeros_like(half), None, 0, prior, np.full(
+    validity = np.full_like(half, CONSISTENT)
+    validity[::2] = CONSISTENT if matched else INVALID
+    plain_regions.mutate(POOL, SmallResult(half, validity, None, 0, prior, np.full(
         prior.labels.shape, SURE, np.uint8)))
 
 
@@ -88,6 +93,17 @@ def test_a_plain_wall_in_noise_takes_the_plane_that_all_of_it_votes_for():
     match, algorithm = matched(pair)
     assert algorithm._plain_regions._found is None
     assert bits(match) == bits(matched(pair, Stages(vote=NotMutated))[0])
+
+
+def test_a_plain_wall_that_windows_match_keeps_its_map_without_a_vote():
+    for seed in range(3):
+        pair = wall(noise=0.3, texture=1.2, seed=seed)
+        match, algorithm = matched(pair)
+        regions = algorithm._plain_regions
+        assert len(regions._found.places) and regions._votes is None
+        without, _ = matched(pair, Stages(vote=NotMutated))
+        np.testing.assert_array_equal(match.disparity, without.disparity)
+        assert wrong(match.disparity, pair[2]) < 0.03
 
 
 def test_a_wall_that_its_votes_do_not_decide_is_not_confident():
@@ -113,7 +129,7 @@ def test_what_stays_at_disparity_0_and_what_the_map_knows_already_are_no_evidenc
         disparity, noise, min_disparity):
     _, algorithm = matched(wall(disparity=disparity, noise=noise), min_disparity=min_disparity)
     prior = algorithm._half_size.result.prior
-    mutate(algorithm._plain_regions, disparity, prior)
+    mutate(algorithm._plain_regions, disparity, prior, disparity > 0)
     assert not prior.weights.any()
 
 
@@ -126,8 +142,8 @@ def test_evidence_is_that_of_the_twin(size, min_disparity):
     views.smooth(POOL)
     views.describe(POOL)
     plain = PlainRegions(views, min_disparity)
-    mutate(plain, 10, Prior(*np.zeros((2, *size), np.uint8)))
-    places, (curves, counts, _) = plain._found.places, plain._found.votes
+    mutate(plain, 10, Prior(*np.zeros((2, *size), np.uint8)), False)
+    places, (curves, counts, _) = plain._found.places, plain._votes
 
     masks, textures = [], []
     for texture in (plain._left, plain._right):
@@ -159,7 +175,7 @@ def test_evidence_is_that_of_the_twin(size, min_disparity):
         np.testing.assert_array_equal(curves[places[cell], :, :DISPARITIES], curve)
         np.testing.assert_array_equal(counts[places[cell], :DISPARITIES], count)
     if min_disparity == 0:
-        election = plain._found.election
+        election = plain._election
         expected = [twins.elect(found, of_region, DISPARITIES, plain._nearest, GROUPS)
                     for of_region in range(numbers.max() + 1)]
         np.testing.assert_allclose(

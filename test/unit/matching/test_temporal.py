@@ -15,6 +15,7 @@ from fuzzy_stereo_ros.matching.kernels.temporal.unchanged_tiles import (
     tile_noises)
 from fuzzy_stereo_ros.matching.kernels.units import CONSISTENT
 from fuzzy_stereo_ros.matching.over_frames.averaging import Averaging, History, PictureShift
+from fuzzy_stereo_ros.matching.over_frames.pictures import NoiseEstimate
 from fuzzy_stereo_ros.matching.realtime.possibility import CensusPicture
 from hypothesis import example, given, settings, strategies as st
 from made_scenes import noisy
@@ -46,14 +47,22 @@ def tiles_of(shape):
 
 
 @settings(max_examples=80)
-@given(SHAPES, SHIFTS, st.sampled_from([700, 65535]), st.integers(0, 99))
-def test_what_is_measured_of_tiles_is_that_of_the_twins(shape, shift, step, seed):
+@given(SHAPES, SHIFTS, st.sampled_from([700, 65535]), st.booleans(), st.integers(0, 99))
+def test_what_is_measured_of_tiles_is_that_of_the_twins(shape, shift, step, mirrored, seed):
     (now, before), tiles = pictures(shape, seed, step), tiles_of(shape)
+    cells, offset = [side // 2 for side in shape], shape[1] % 2 * mirrored
     found, rough = (np.full((*measures, *tiles), 99, np.float32) for measures in ((8,), ()))
+    half_rough = np.full(tiles_of(cells), 99, np.float32)
     for rows in ((0, 1), (1, tiles[0])):
         compare_tiles(padded(now), before, *shift, found, *rows)
-        roughness(padded(now), shape[1], rough, *rows)
+    for first in range(0, shape[0], 2 * TILE):
+        roughness(padded(now), shape[1], offset, rough, half_rough, first,
+                  min(first + 2 * TILE, shape[0]))
     np.testing.assert_allclose(rough, twins.roughness(now), rtol=1e-5)
+    if min(cells) > 0:
+        halved = now[:2 * cells[0], offset:offset + 2 * cells[1]].astype(int)
+        halved = halved.reshape(cells[0], 2, cells[1], 2).sum((1, 3)) // 4
+        np.testing.assert_allclose(half_rough, twins.roughness(halved), rtol=1e-5)
     expected = twins.tile_differences(now, before, *shift)
     np.testing.assert_allclose(found[:4], expected[:4], rtol=1e-5, atol=1e-5)
     # float32 leaves the rest of large sums that cancel
@@ -188,11 +197,13 @@ def scene(seed=0, shape=SIZE):
 def follow(scenes, noise):
     """Average views of scenes, noise added to each; return Averaging once all are seen."""
     random, averaging, pool = np.random.default_rng(7), Averaging(*SIZE, 0), ThreadPool(1)
+    noises = [NoiseEstimate(*SIZE) for _ in range(2)]
     for number, shown in enumerate(scenes):
         views = CensusPicture(*SIZE, False, 0), CensusPicture(*SIZE, True, 0)
-        for view in views:
+        for view, measured in zip(views, noises):
             view.read(*noisy([shown], noise, random), 0, 8, 0, SIZE[0])
-        averaging.average(pool, views, History(
+            measured.measure(view, 0, SIZE[0])
+        averaging.average(pool, views, noises, History(
             *averaging.kept, np.zeros(SIZE, np.uint8)) if number else None)
     return averaging
 

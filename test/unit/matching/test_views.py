@@ -22,7 +22,7 @@ import reference_census as twins
 @given(st.integers(1, 12), st.integers(1, 9) | st.integers(1, 80), st.sampled_from([0, 3]),
        st.sampled_from([(np.uint8, 9), (np.uint8, 11), (np.uint16, 1), (np.uint16, 13)]),
        st.booleans(), st.sampled_from([0, 3, -2, 100, -100]), st.booleans(),
-       st.sampled_from([None, 0, 5000, 30000]), st.sampled_from([0, 2000]))
+       st.sampled_from([0, 5000, 30000]), st.sampled_from([0, 2000]))
 def test_an_image_of_any_size_and_kind_is_read_and_described_as_by_the_twins(
         rows, columns, channels, kind, fits, shift, mirrored, tolerance, least_step):
     """Moved, too bright for 16 bits, or denoised but for the nearest pixels; padding too."""
@@ -32,12 +32,11 @@ def test_an_image_of_any_size_and_kind_is_read_and_described_as_by_the_twins(
     places = luminance_shift(image, image) if fits else places
     view = CensusPicture(*shape, mirrored, 32)
     view.read(image, shift, places, 0, rows)
-    if tolerance is not None:
-        view.denoise(tolerance, 0, rows)
     view.least_step = least_step
-    view.describe(0, rows)
+    for first in range(0, rows, 4):
+        view.describe(first, min(first + 4, rows), tolerance)
     fine = twins.luminance(image, shift, places)
-    far = fine if tolerance is None else twins.denoised(fine, tolerance)
+    far = twins.denoised(fine, tolerance)
     codes = (twins.census(fine, least_step) & 255) + (twins.census(far, least_step) & ~255)
     np.testing.assert_array_equal(view.luminance, padded(fine[:, ::-1] if mirrored else fine))
     planes = view.census.astype(np.int64)
@@ -82,12 +81,11 @@ def test_no_grey_pair_loses_bits_after_pairs_of_any_kind_and_brightness(pairs):
 def test_noise_is_found_to_a_tenth_on_a_picture_that_rises_slowly(sigma):
     grey = 60 + np.add.outer(np.arange(96) / 9, np.arange(160) / 7)
     noise = np.random.default_rng(3).normal(0, sigma, grey.shape)
-    full, half = (CensusPicture(96 // size, 160 // size, False, 0) for size in (1, 2))
-    full.read(np.rint(grey + noise).astype(np.uint8), 0, 8, 0, 96)
-    full.halve(half, 0, half.rows)
+    view = CensusPicture(96, 160, False, 0)
+    view.read(np.rint(grey + noise).astype(np.uint8), 0, 8, 0, 96)
     estimate = NoiseEstimate(96, 160)
     for first in range(0, 96, 32):
-        estimate.measure(full, half, first, first + 32)
+        estimate.measure(view, first, first + 32)
     estimate.estimate()
     assert 0.8 * sigma < estimate.level < 1.1 * sigma
 

@@ -8,7 +8,7 @@ evidence is chance.
 """
 from typing import NamedTuple
 
-from fuzzy_stereo_ros.matching.kernels.compiled import called, inlined, kernel
+from fuzzy_stereo_ros.matching.kernels.compiled import called, kernel
 from fuzzy_stereo_ros.matching.kernels.planes.plain_texture import BANDS, COUNTED
 import numpy as np
 
@@ -67,30 +67,6 @@ def _sum_groups(curves, counts, places, totals, squares, seen):
                 squares[mine, band] += square
 
 
-@inlined
-def _mark_visible(seen, valid):
-    """Mark the labels that are visible often enough, none where these are too few."""
-    most = number = np.int32(0)
-    for label in range(seen.size):
-        most = max(most, seen[label])
-    for label in range(seen.size):
-        valid[label] = seen[label] > VISIBLE * most
-        number += valid[label]
-    for label in range(seen.size):
-        valid[label] &= number >= LEAST_LABELS
-
-
-@called
-def _choose(sums, sign, split, valid, nearest):
-    """Return the label of a half of the groups, or of all, of most evidence; -1 for none."""
-    most, choice = -np.inf, -1
-    for label in range(nearest, valid.size):
-        half = sums[0, label] + sign * sums[split, label]
-        if valid[label] and half > most:
-            most, choice = half, label
-    return choice
-
-
 @called
 def _elect_by_halves(sums, valid, nearest, best):
     """
@@ -115,8 +91,12 @@ def _elect_by_halves(sums, valid, nearest, best):
             continue
         agree = 0
         for sign in (1.0, -1.0):
-            choice = _choose(sums, sign, split, valid, nearest)
-            agree += choice >= 0 and abs(choice - best) <= AGREE
+            most, choice = -np.inf, -1 - AGREE
+            for label in range(nearest, labels):
+                half = sums[0, label] + sign * sums[split, label]
+                if valid[label] and half > most:
+                    most, choice = half, label
+            agree += abs(choice - best) <= AGREE
         splits += 1
         agreed, both = agreed + agree / 2, both + (agree == 2)
     return agreed / max(splits, 1), both / max(splits, 1)
@@ -137,15 +117,11 @@ def elect(votes, places, nearest, election):
     for region in range(len(places)):
         _sum_groups(curves, counts, places[region], totals, squares, seen)
         mine, visible, found = deviations[region], valid[region], facts[region]
-        _mark_visible(seen, visible)
-        pixels = np.int64(0)
-        for label in range(labels):
-            pixels += seen[label]
+        visible[:] = seen > VISIBLE * seen.max()
+        visible &= visible.sum() >= LEAST_LABELS
+        pixels = max(seen.sum(), 1)
         for band in range(BANDS):
-            square = 0.0
-            for group in range(GROUPS):
-                square += squares[group, band]
-            found[FINE + band] = np.sqrt(square / max(pixels, 1)) + LEAST_SPREAD
+            found[FINE + band] = np.sqrt(squares[:, band].sum() / pixels) + LEAST_SPREAD
         mine[:] = 0
         for group in range(GROUPS):
             fine, coarse = totals[group, 0], totals[group, 1]

@@ -21,6 +21,7 @@ HALF = CELL_COLUMNS // 2      # half-size columns of a cell
 TILTED = 2.0         # deviations that a slant must gain
 TILTS, MOST_TILTED = (2.0, 1.0, 0.5, 0.25), 6.0  # px at the border of a region: at a time, in all
 GAIN = 0.05          # deviations that a step must gain
+MATCHED = 0.9        # share of consistent pixels above which a region keeps its map
 SAMPLES = 8          # wrong disparities that show the evidence of a cell by chance
 CHANCE = 0.6         # share of splits whose halves agree on noise, in one region of fifty
 LEAD = 2.0           # deviations by which a plane must exceed what is consistent of the map
@@ -84,9 +85,25 @@ def list_pieces(regions, places, pieces, begins):
     begins[places.shape[1]] = number
 
 
+@inlined
+def _consistent(cells, first, last):
+    """Return the share of consistent pixels of the map in some cells."""
+    pixels = inconsistent = 0
+    for place in range(first, last):
+        pixels += cells[place, 0]
+        inconsistent += cells[place, 4]
+    return 1 - inconsistent / pixels
+
+
 @kernel
-def sum_cells(pieces, labels, validity, cells):
-    """Sum what the half-size map, labels and validity (r, c), says in cells; cells: of Votes."""
+def judge_map(pieces, starts, labels, validity, cells, planes, certainty):
+    """
+    Sum what the half-size map, labels and validity (r, c), says in cells, and how sure that is.
+
+    Returns how many regions it does not match. starts: of number_cells; cells: of Votes, 0 at
+    first; planes, certainty: see write_planes, of the map alone
+    """
+    planes[:] = np.nan
     for place, row, first, last in pieces:
         cell = cells[place]
         for pixel in range(first, last):
@@ -95,6 +112,14 @@ def sum_cells(pieces, labels, validity, cells):
             cell[2] += row
             cell[3] += labels[row, pixel]
             cell[4] += validity[row, pixel] == INVALID
+    doubtful = 0
+    for region in range(starts.size - 1):
+        first, last = starts[region], starts[region + 1]
+        consistent = _consistent(cells, first, last)
+        right = max(2 * consistent - 1, 0.0)    # share of the map, then of what is consistent
+        certainty[first:last] = np.uint8(SURE * right / max(consistent, 0.5))
+        doubtful += consistent <= MATCHED
+    return doubtful
 
 
 @kernel
@@ -309,46 +334,31 @@ def between(deviations, best):
 @kernel(allocates=True)
 def judge(votes, places, starts, election, nearest, planes, certainty):
     """
-    Write the planes that cells of regions take, and how sure map and plane are.
+    Write the planes that cells of regions take, and how sure these are.
 
     votes, election: the fields of both; starts, places: of number_cells; nearest: label from which
-    on there is evidence; planes, certainty: see write_planes
+    on there is evidence; planes, certainty: see write_planes, of judge_map at first
     """
     (curves, counts, cells), (deviations, valid, elected, facts) = votes, election
     labels, plane = deviations.shape[1], np.empty(3)
-    planes[:] = np.nan
     for region in range(len(places)):
         first, last = starts[region], starts[region + 1]
-        found, best = facts[region], elected[region]
-        pixels = inconsistent = 0
-        for place in range(first, last):
-            pixels += cells[place, 0]
-            inconsistent += cells[place, 4]
-        consistent = 1 - inconsistent / pixels
-        right = max(2 * consistent - 1, 0.0)    # share of the map, then of what is consistent
-        certainty[first:last] = np.uint8(SURE * right / max(consistent, 0.5))
-        if found[HALVES] <= right:
+        found, best, consistent = (facts[region], elected[region],
+                                   _consistent(cells, first, last))
+        if consistent > MATCHED or found[HALVES] <= max(2 * consistent - 1, 0.0):
             continue
         others, number = np.empty(labels, np.int64), 0
         for label in range(nearest, labels, max(labels // SAMPLES, 1)):
             if valid[region, label] and abs(label - best) > APART:
                 others[number] = label
                 number += 1
-        weighted, seen = np.empty((last - first, labels)), np.empty((last - first, labels))
-        for place in range(last - first):
-            fine, coarse, count = (curves[first + place, 0], curves[first + place, 1],
-                                   counts[first + place])
-            for label in range(labels):
-                weighted[place, label] = (fine[label] / found[FINE]
-                                          + coarse[label] / found[FINE + 1])
-                seen[place, label] = COUNTED * np.int32(count[label])
+        weighted = (curves[first:last, 0, :labels] / found[FINE]
+                    + curves[first:last, 1, :labels] / found[FINE + 1])
+        seen, lead = np.float64(COUNTED) * counts[first:last, :labels], np.zeros(last - first)
         plane[0], plane[1], plane[2] = 0.0, 0.0, between(deviations[region], best)
-        mine, lead = np.empty(places.shape[1:], np.int32), np.zeros(last - first)
-        for row in range(mine.shape[0]):
-            for column in range(mine.shape[1]):
-                mine[row, column] = places[region, row, column] - first
         (evidence, known), decisive = compare(
-            weighted, seen, cells[first:last], mine, nearest, others[:number], plane, lead)
+            weighted, seen, cells[first:last], places[region] - first, nearest, others[:number],
+            plane, lead)
         if (evidence - found[MEAN] - consistent * (known - found[MEAN]) <= LEAD
                 or decisive >= DECISIVE):
             continue

@@ -18,6 +18,7 @@ import numpy as np
 
 MARGIN = 2       # pixels around a padded image: the radius of the census window
 SLACK = 64       # elements behind a row that a vector may read or write
+DENOISED = 2 * MARGIN + 1    # denoised rows that are kept
 # The places in 5 x 5 pixels, row by row, of each bit of the census: the nearest eight come first.
 CENSUS_PLACES = np.array([6, 7, 8, 11, 13, 16, 17, 18, 0, 1, 2, 3, 4, 5, 9, 10, 14, 15, 19, 20,
                           21, 22, 23, 24])
@@ -137,78 +138,98 @@ def halve(luminance, grey, columns, offset, half_luminance, half_grey, first, la
                 + below_grey[left + 1] + np.uint16(2)) >> np.uint16(2)
 
 
-@kernel(allocates=True)
-def denoise(luminance, tolerance, columns, denoised, first, last):
+@called
+def _denoise(luminance, row, tolerance, columns, totals, denoised):
     """
-    Replace each pixel by its 3 x 3 mean where both differ by no more than a tolerance (coring).
+    Replace each pixel of a row by its 3 x 3 mean where both differ by no more than a tolerance.
 
-    A third of the noise is left in plain regions; pixels that differ more are not changed.
-    luminance, denoised: uint16, padded; tolerance: in units of luminance.
+    A third of the noise is left in plain regions; pixels that differ more stay (coring).
+    luminance: uint16, padded; tolerance: in units of it; totals: uint32 (C + 2,), memory;
+    denoised: uint16, a padded row
     """
-    totals = np.zeros(columns + 2, np.uint32)
-    limit = np.int32(9 * tolerance)
-    for row in range(first, last):
-        above, here = luminance[row + MARGIN - 1], luminance[row + MARGIN]
-        below = luminance[row + MARGIN + 1]
-        for column in range(columns + 2):
-            place = column + MARGIN - 1
-            totals[column] = np.uint32(above[place]) + here[place] + below[place]
-        line = denoised[row + MARGIN, MARGIN:]
-        for column in range(columns):
-            grey = np.int32(here[column + MARGIN])
-            total = np.int32(totals[column] + totals[column + 1] + totals[column + 2])
-            mean = np.int32(np.float32(total) * np.float32(1 / 9))
-            line[column] = grey if abs(9 * grey - total) > limit else mean
-        pad_row(denoised, row, columns, MARGIN)
+    above, here = luminance[row + MARGIN - 1], luminance[row + MARGIN]
+    below = luminance[row + MARGIN + 1]
+    for column in range(columns + 2):
+        place = column + MARGIN - 1
+        totals[column] = np.uint32(above[place]) + here[place] + below[place]
+    line, limit = denoised[MARGIN:], np.int32(9 * tolerance)
+    for column in range(columns):
+        grey = np.int32(here[column + MARGIN])
+        total = np.int32(totals[column] + totals[column + 1] + totals[column + 2])
+        mean = np.int32(np.float32(total) * np.float32(1 / 9))
+        line[column] = grey if abs(9 * grey - total) > limit else mean
+    denoised[:MARGIN] = denoised[MARGIN]
+    denoised[columns + MARGIN:] = denoised[columns + MARGIN - 1]
 
 
-@kernel(allocates=True)
-def census(luminance, denoised, least_step, mirrored, columns, codes, first, last):
+@called
+def _compare(near, far, centres, places, least_step, columns, codes):
     """
     Compare each of the 24 neighbours in 5 x 5 with the centre: a bit each, set where darker.
 
-    luminance, denoised: in which the nearest eight and the others are compared; least_step: of
-    luminance, more than which a neighbour must be darker; codes: uint8 (R, 3, stride), a byte
-    plane for eight neighbours, the nearest ones first; behind the columns of a mirrored image its
-    last code is repeated
+    near, far: flat pictures in which the nearest eight and the others are compared; centres,
+    places: where the first pixel of the row, and its neighbours, lie in these; codes: uint8 (3,
+    stride), a byte plane for eight neighbours, the nearest ones first
     """
-    near, far, target = luminance.reshape(-1), denoised.reshape(-1), codes.reshape(-1)
-    luminance_stride, stride = luminance.shape[1], codes.shape[2]
-    places = CENSUS_PLACES // 5 * luminance_stride + (
-        4 - CENSUS_PLACES % 5 if mirrored else CENSUS_PLACES % 5)
-    for row in range(first, last):
-        for column in range(0, columns, LANES):
-            corner = row * luminance_stride + column
-            for plane in range(3):
-                source = near if plane == 0 else far
-                centre = saturating_subtract(
-                    load(source, corner + MARGIN * luminance_stride + MARGIN),
-                    splat(np.uint16(least_step)))
-                code = splat(np.uint16(0))      # of bits that are set where no darker
-                for place in places[8 * plane:8 * plane + 8][::-1]:
-                    code = subtract(add(code, code), equal(saturating_subtract(
-                        centre, load(source, corner + place)), splat(np.uint16(0))))
-                store(target, (row * 3 + plane) * stride + column,
-                      narrow(bit_xor(code, splat(np.uint16(255)))))
+    target, stride = codes.reshape(-1), codes.shape[1]
+    for column in range(0, columns, LANES):
         for plane in range(3):
-            for column in range(columns, stride):
-                codes[row, plane, column] = codes[row, plane, columns - 1]
+            source = near if plane == 0 else far
+            centre = saturating_subtract(
+                load(source, centres[plane] + column), splat(np.uint16(least_step)))
+            code = splat(np.uint16(0))      # of bits that are set where no darker
+            for place in places[8 * plane:8 * plane + 8][::-1]:
+                code = subtract(add(code, code), equal(saturating_subtract(
+                    centre, load(source, place + column)), splat(np.uint16(0))))
+            store(target, plane * stride + column,
+                  narrow(bit_xor(code, splat(np.uint16(255)))))
 
 
-@kernel
-def gradient(grey, mirrored, columns, slopes, first, last):
+@called
+def _find_slopes(grey, mirrored, columns, slopes):
+    """Write half of the central difference along a row, 128 where flat and at the borders."""
+    sign = np.int16(-1 if mirrored else 1)
+    for column in range(1, columns - 1):
+        step = np.int16(sign * (np.int16(grey[column + 1]) - np.int16(grey[column - 1])))
+        slopes[column] = np.int16(128) + (step >> np.int16(1))
+    slopes[0] = 128
+    slopes[columns - 1:] = 128
+
+
+@kernel(allocates=True)
+def describe(view, tolerance, least_step, mirrored, columns, codes, slopes, first, last):
     """
-    Write half of the central difference along the row, 128 where flat and at the borders.
+    Write census and slopes of the rows of a view.
 
-    grey: uint8 (R, C + SLACK); slopes: uint8 (R, stride), the last one repeated behind the row.
+    view: luminance, uint16, padded, and grey, uint8 (R, C + SLACK); tolerance: of luminance, for
+    denoising what the farther pixels are compared in, 0 for none; least_step: of luminance, more
+    than which a neighbour must be darker; codes: uint8 (R, 3, stride), see _compare; slopes: uint8
+    (R, stride); behind the columns the last code and slope are repeated
     """
+    (luminance, grey), rows = view, len(codes)
+    near, stride = luminance.reshape(-1), luminance.shape[1]
+    denoised, totals = np.empty((DENOISED, stride), np.uint16), np.empty(columns + 2, np.uint32)
+    far = denoised.reshape(-1) if tolerance else near
+    across = 4 - CENSUS_PLACES % 5 if mirrored else CENSUS_PLACES % 5
+    centres, places = np.empty(3, np.int64), np.empty(CENSUS_PLACES.size, np.int64)
+    ready = max(first - MARGIN, 0)
     for row in range(first, last):
-        here, slope, sign = grey[row], slopes[row], np.int16(-1 if mirrored else 1)
-        for column in range(1, columns - 1):
-            step = np.int16(sign * (np.int16(here[column + 1]) - np.int16(here[column - 1])))
-            slope[column] = np.int16(128) + (step >> np.int16(1))
-        slope[0] = 128
-        slope[columns - 1:] = 128
+        if tolerance:
+            for new in range(ready, min(row + MARGIN + 1, rows)):
+                _denoise(luminance, new, tolerance, columns, totals, denoised[new % DENOISED])
+            ready = row + MARGIN + 1
+        for neighbour in range(CENSUS_PLACES.size):
+            down = row + CENSUS_PLACES[neighbour] // 5
+            if tolerance and neighbour >= 8:
+                down = min(max(down - MARGIN, 0), rows - 1) % DENOISED
+            places[neighbour] = down * stride + across[neighbour]
+        centres[:] = (row + MARGIN) * stride + MARGIN
+        if tolerance:
+            centres[1:] = row % DENOISED * stride + MARGIN
+        _compare(near, far, centres, places, least_step, columns, codes[row])
+        for plane in range(3):
+            codes[row, plane, columns:] = codes[row, plane, columns - 1]
+        _find_slopes(grey[row], mirrored, columns, slopes[row])
 
 
 @kernel

@@ -7,7 +7,7 @@ Not in the paper, whose pictures are sharp. JPEG rounds each coefficient of the 
 8 x 8 pixels to a multiple of a step: between 0 and the first multiple there is nothing. In any
 other picture small coefficients are more frequent than large ones.
 """
-from fuzzy_stereo_ros.matching.kernels.compiled import kernel
+from fuzzy_stereo_ros.matching.kernels.compiled import inlined, kernel
 from fuzzy_stereo_ros.matching.kernels.possibility.features import MARGIN
 from fuzzy_stereo_ros.matching.kernels.rows import pad_row
 from fuzzy_stereo_ros.matching.kernels.simd import (
@@ -23,6 +23,16 @@ WAVES = (np.cos((2 * np.arange(JPEG_BLOCK) + 1) * np.arange(4)[:, None] * np.pi 
          * np.sqrt(2 / JPEG_BLOCK)).astype(np.float32)     # of the frequencies 1 to 3, orthonormal
 
 
+@inlined
+def _coefficient(values, wave):
+    """Return the coefficient of a wave in JPEG_BLOCK values: odd waves turn their sign halfway."""
+    total = np.float32(0)
+    for near in range(JPEG_BLOCK // 2):
+        one, other = values[near], values[JPEG_BLOCK - 1 - near]
+        total += WAVES[wave, near] * (one - other if wave % 2 else one + other)
+    return total
+
+
 @kernel(allocates=True)
 def count_coefficients(luminance, begin, columns, apart, unit, counts, first, last):
     """
@@ -31,6 +41,7 @@ def count_coefficients(luminance, begin, columns, apart, unit, counts, first, la
     begin: column of the first block, from 0; apart: step of measured blocks; unit: of luminance in
     a grey level; counts: int64 (3,), increased; first: a multiple of JPEG_BLOCK
     """
+    pixels = np.empty(JPEG_BLOCK, np.float32)
     waves = np.empty((4, JPEG_BLOCK), np.float32)   # of the columns of a block
     smallest, small_to = np.float32(SMALL[0] * unit), np.float32(SMALL[1] * unit)
     large_from, largest = np.float32(LARGE[0] * unit), np.float32(LARGE[1] * unit)
@@ -38,17 +49,14 @@ def count_coefficients(luminance, begin, columns, apart, unit, counts, first, la
     for top in range(first, last - JPEG_BLOCK + 1, JPEG_BLOCK):
         start = begin + JPEG_BLOCK * (top // JPEG_BLOCK * 3 % apart)
         for left in range(start, columns - JPEG_BLOCK + 1, JPEG_BLOCK * apart):
-            waves[:] = 0
-            for row in range(JPEG_BLOCK):
-                line = luminance[top + row + MARGIN, left + MARGIN:]
+            for column in range(JPEG_BLOCK):
+                place = left + MARGIN + column
+                for row in range(JPEG_BLOCK):
+                    pixels[row] = luminance[top + row + MARGIN, place]
                 for wave in range(1, 4):
-                    share, sums = WAVES[wave, row], waves[wave]
-                    for column in range(JPEG_BLOCK):
-                        sums[column] += share * np.float32(line[column])
+                    waves[wave, column] = _coefficient(pixels, wave)
             for down, right in FREQUENCIES:
-                value = np.float32(0)
-                for column in range(JPEG_BLOCK):
-                    value += WAVES[right, column] * waves[down, column]
+                value = _coefficient(waves[down], right)
                 size = abs(value)
                 counts[0] += smallest <= size < small_to
                 counts[1] += large_from <= size < largest

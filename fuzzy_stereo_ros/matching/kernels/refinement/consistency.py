@@ -1,6 +1,7 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Which pixels to reject: inconsistent ones, speckles, and those of which nothing is seen."""
+from fuzzy_stereo_ros.matching.kernels.addresses import next_byte
 from fuzzy_stereo_ros.matching.kernels.compiled import called, inlined, kernel
 from fuzzy_stereo_ros.matching.kernels.possibility.features import MARGIN, SLACK
 from fuzzy_stereo_ros.matching.kernels.simd import (
@@ -224,7 +225,21 @@ DARKEST, BRIGHTEST = 0, 254 * GREY_LEVEL    # luminance up to and from which it 
 SUMS = 6        # of a block: left, right, left squared, right squared, left times right, pixels
 
 
-@kernel
+@called
+def _add_products(one, other, sums):
+    """Add the products of two rows of luminance to sums."""
+    for column in range(sums.size):
+        sums[column] += np.int64(one[column]) * np.int64(other[column])
+
+
+@called
+def _add(one, sums):
+    """Add a row of luminance to sums."""
+    for column in range(sums.size):
+        sums[column] += one[column]
+
+
+@kernel(allocates=True)
 def sum_blocks(labels, left, right, shift, sums, clipped, first, last):
     """
     Add up the luminance of both views at half size in blocks of pixels, as a map matches them.
@@ -235,31 +250,32 @@ def sum_blocks(labels, left, right, shift, sums, clipped, first, last):
     of blocks
     """
     (rows, columns), width = clipped.shape, right.shape[1] - 2 * MARGIN - SLACK
+    there, of_columns = np.empty(columns, np.uint16), np.empty((SUMS - 1, columns), np.int64)
     for block_row in range(first, last):
-        sums[block_row] = 0
-        for row in range(BLOCK * block_row, min(BLOCK * (block_row + 1), rows)):
-            line, other = left[row + MARGIN, MARGIN:], right[row + MARGIN, MARGIN:]
+        begin, end = BLOCK * block_row, min(BLOCK * (block_row + 1), rows)
+        of_columns[:] = 0
+        for row in range(begin, end):
+            here, other = left[row + MARGIN, MARGIN:], right[row + MARGIN, MARGIN:]
             genes, marks = labels[2 * row], clipped[row]
-            for block in range(sums.shape[1]):
-                lefts = rights = squares = right_squares = products = np.int64(0)
-                end, of_block = min(BLOCK * (block + 1), columns), sums[block_row, block]
-                for column in range(BLOCK * block, end):
-                    away = (np.int64(genes[2 * column]) + shift + 1) >> 1
-                    pointed = min(max(columns - 1 - column + away, 0), width - 1)
-                    here, there = np.int64(line[column]), np.int64(other[pointed])
-                    marks[column] = (DARK * (min(here, there) <= DARKEST)
-                                     | BRIGHT * (max(here, there) >= BRIGHTEST))
-                    lefts += here
-                    rights += there
-                    squares += here * here
-                    right_squares += there * there
-                    products += here * there
-                of_block[0] += lefts
-                of_block[1] += rights
-                of_block[2] += squares
-                of_block[3] += right_squares
-                of_block[4] += products
-                of_block[5] += end - BLOCK * block
+            for column in range(columns):
+                away = (np.int64(genes[2 * column]) + shift + 1) >> 1
+                there[column] = other[min(max(columns - 1 - column + away, 0), width - 1)]
+            for column in range(columns):
+                marks[column] = (DARK * (min(here[column], there[column]) <= DARKEST)
+                                 | BRIGHT * (max(here[column], there[column]) >= BRIGHTEST))
+            _add(here, of_columns[0])
+            _add(there, of_columns[1])
+            _add_products(here, here, of_columns[2])
+            _add_products(there, there, of_columns[3])
+            _add_products(here, there, of_columns[4])
+        for block in range(sums.shape[1]):
+            of_block, stop = sums[block_row, block], min(BLOCK * (block + 1), columns)
+            for kind in range(SUMS - 1):
+                total = np.int64(0)
+                for column in range(BLOCK * block, stop):
+                    total += of_columns[kind, column]
+                of_block[kind] = total
+            of_block[SUMS - 1] = (end - begin) * (stop - BLOCK * block)
 
 
 @kernel
@@ -291,7 +307,15 @@ def judge_blocks(sums, clear, correlated, seen):
                                  | (common > correlated * np.sqrt(left * right)))
 
 
-@kernel(allocates=True)
+@inlined
+def _reject(validity, weights, first, last):
+    """Reject the consistent matches of a part of a row, but those whose evidence is a region."""
+    for column in range(first, last):
+        if validity[column] == CONSISTENT and weights[column] != VOTED:
+            validity[column] = INVALID
+
+
+@kernel
 def reject_unseen(seen, clipped, weights, validity, first, last):
     """
     Reject the matches of some rows of which the pair shows nothing.
@@ -300,23 +324,22 @@ def reject_unseen(seen, clipped, weights, validity, first, last):
     of which a match is rejected whose 3 x 3 pixels are all clipped at one end; weights: uint8
     (R, C), VOTED where a whole region is the evidence
     """
-    rows, columns = clipped.shape
-    blind = np.zeros(columns + 2, np.uint8)
-    unseen = np.empty(max(validity.shape[1], 2 * columns), np.uint8)
+    (rows, columns), wide = clipped.shape, validity.shape[1]
     for row in range(first, last):
         half = min(row // 2, rows - 1)
-        above, here, below = (clipped[max(half - 1, 0)], clipped[half],
-                              clipped[min(half + 1, rows - 1)])
-        blocks, line, of_prior = seen[half // BLOCK], validity[row], weights[row]
-        for place in range(columns):
-            blind[place + 1] = above[place] & here[place] & below[place]
-        blind[0], blind[columns + 1] = blind[1], blind[columns]
-        for place in range(columns):
-            unseen[2 * place] = unseen[2 * place + 1] = (
-                (blind[place] & blind[place + 1] & blind[place + 2] != 0)
-                | (blocks[place // BLOCK] == 0))
-        unseen[2 * columns:] = unseen[2 * columns - 1]
-        for column in range(line.size):
-            rejected = ((line[column] == CONSISTENT) & (of_prior[column] != VOTED)
-                        & (unseen[column] != 0))
-            line[column] = INVALID if rejected else line[column]
+        blocks, line, of_prior, here = (seen[half // BLOCK], validity[row], weights[row],
+                                        clipped[half])
+        for block in range(blocks.size):
+            if blocks[block] == 0:
+                _reject(line, of_prior, 2 * BLOCK * block,
+                        wide if block == blocks.size - 1 else 2 * BLOCK * (block + 1))
+        above, below = clipped[max(half - 1, 0)], clipped[min(half + 1, rows - 1)]
+        column = next_byte(here, 0, 0, False)       # what is clipped is rare
+        while column < columns:
+            blind = above[column] & here[column] & below[column]
+            for beside in (max(column - 1, 0), min(column + 1, columns - 1)):
+                blind &= above[beside] & here[beside] & below[beside]
+            if blind:
+                _reject(line, of_prior, 2 * column,
+                        wide if column == columns - 1 else 2 * column + 2)
+            column = next_byte(here, column + 1, 0, False)

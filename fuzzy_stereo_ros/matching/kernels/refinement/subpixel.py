@@ -7,8 +7,8 @@ The output is disparity and confidence as the user gets them.
 """
 from fuzzy_stereo_ros.matching.kernels.compiled import called, kernel
 from fuzzy_stereo_ros.matching.kernels.simd import (
-    add, add_floats, at_most, bit_and, LANES, least_float, load, multiply_floats, splat,
-    splat_like, store, subtract)
+    add, add_floats, LANES, least_float, load, minimum, multiply_floats, saturating_subtract,
+    splat, splat_like, store, subtract)
 from fuzzy_stereo_ros.matching.kernels.units import CONSISTENT, INVALID, STEPS, VOTED
 import numpy as np
 
@@ -55,23 +55,24 @@ def smooth_offsets(final, fitted, total, count, fine, agreeing, first, last):
         above, below = max(row - RADIUS, 0), min(row + RADIUS + 1, rows)
         for column in range(0, columns, LANES):
             middle = load(target, row * fine_stride + column)
-            one = splat_like(middle, STEPS)
-            lowest, two, zero = subtract(middle, one), add(one, one), subtract(one, one)
-            offset, number = zero, zero
+            lowest = subtract(middle, splat_like(middle, STEPS))
+            one, behind = splat_like(middle, 1), splat_like(middle, 2 * STEPS + 1)
+            left = number = subtract(one, one)
             for other in range(above, below):
                 place = other * stride + column
                 for shift in range(2 * RADIUS + 1):
-                    beyond = subtract(load(source, place + shift), lowest)
-                    like = at_most(beyond, two)     # unsigned: what is below wraps around
-                    offset = add(offset, bit_and(beyond, like))
-                    number = subtract(number, like)
-            store(total, column, offset)
+                    # unsigned, what is below wraps around: 0 beyond one pixel, uncompared
+                    within = saturating_subtract(
+                        behind, subtract(load(source, place + shift), lowest))
+                    left = add(left, within)
+                    number = add(number, minimum(within, one))
+            store(total, column, left)
             store(count, column, number)
         for column in range(columns):
             number = np.int32(count[column])
             least = max(number, np.int32(1))
             agreeing[row, column] = least
-            mean = np.float32(np.int32(total[column]) - STEPS * number) / np.float32(least)
+            mean = np.float32((STEPS + 1) * number - np.int32(total[column])) / np.float32(least)
             centre[column] += np.int32(np.floor(mean + np.float32(0.5)))
 
 

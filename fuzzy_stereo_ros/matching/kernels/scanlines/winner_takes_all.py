@@ -16,7 +16,6 @@ from fuzzy_stereo_ros.matching.kernels.units import STEPS
 import numpy as np
 
 HIDES = 8           # summed cost by which a pixel may be dearer than one that it hides
-LAST = 2**16 - 1    # beyond all labels
 
 
 @inlined
@@ -40,6 +39,29 @@ def fitted_offsets(below, least, above):
 
 
 @inlined
+def _offer(left, none, place, cost, offers, found):
+    """
+    Offer the pixels of the target the labels of a vector of pixels, in ascending order.
+
+    left: vector of labels, 8 or 16 bits, all of them set, `none`, where there is no pixel; place:
+    where the first of them is offered with label 0, a vector lies before the target
+    """
+    label = np.int64(lowest(left))
+    while label != none:        # the nearer of two later
+        here = equal(left, splat_like(left, label))
+        left, here = bit_or(left, here), narrow(here)
+        at = place - label
+        if at > 0:
+            offered = load_like(cost, offers, at)
+            taken = bit_and(here, at_most(cost, saturating_add(
+                offered, splat_like(cost, HIDES))))
+            store(offers, at, choose(taken, cost, offered))
+            store(found, at, choose(
+                taken, splat_like(cost, label), load_like(cost, found, at)))
+        label = np.int64(lowest(left))
+
+
+@inlined
 def choose_of_target(chosen, columns, scratch, target, target_columns):
     """
     Give each target pixel the label of the cheapest pixel that points at it.
@@ -50,7 +72,7 @@ def choose_of_target(chosen, columns, scratch, target, target_columns):
     of the pixels, any more come before them.
     """
     (labels, label_bytes, sums), extra = chosen, target_columns - columns
-    kind = high = splat(np.uint8(0))
+    kind = splat(np.uint8(0))
     full, lanes = splat_like(kind, 255), lane_numbers(kind)
     offers, found = scratch.offers, scratch.offers + LANES + target_columns
     for place in range(target_columns, 0, -LANES):      # a vector lies before the first one
@@ -59,27 +81,16 @@ def choose_of_target(chosen, columns, scratch, target, target_columns):
     for column in range(0, columns, LANES):
         end = min(column + LANES, columns)
         low = pixels_of(kind, labels, label_bytes, 0, end, scratch.spare)
-        if label_bytes == 2:
-            high = pixels_of(kind, labels, label_bytes, 0, end, scratch.spare, 1)
-        cost = pixels_of(kind, sums, 1, 0, end, scratch.spare)
+        low, cost = reversed_lanes(low, low), pixels_of(kind, sums, 1, 0, end, scratch.spare)
         cost = reversed_lanes(cost, cost)
-        wide = bit_or(widen(reversed_lanes(low, low)),
-                      shift_left(widen(reversed_lanes(high, high)), 8))
         # what has had its turn, and columns that do not exist or belong to the vector before
-        done = widen(less(lanes, splat_like(kind, column + LANES - end)))
-        left = bit_or(wide, bit_or(done, shift_left(done, 8)))
-        label = np.int64(lowest(left))
-        while label != LAST:        # the nearer of two later
-            here = equal(left, splat_like(left, label))
-            left, here = bit_or(left, here), narrow(here)
-            place = extra + end - label     # of column end - LANES, a vector before it
-            if place > 0:
-                offered = load_like(kind, offers, place)
-                taken = bit_and(here, at_most(cost, saturating_add(
-                    offered, splat_like(kind, HIDES))))
-                store(offers, place, choose(taken, cost, offered))
-                store(found, place, choose(
-                    taken, splat_like(kind, label), load_like(kind, found, place)))
-            label = np.int64(lowest(left))
+        done = less(lanes, splat_like(kind, column + LANES - end))
+        if label_bytes == 1:
+            _offer(bit_or(low, done), 2**8 - 1, extra + end, cost, offers, found)
+        else:
+            high = pixels_of(kind, labels, label_bytes, 0, end, scratch.spare, 1)
+            high = bit_or(reversed_lanes(high, high), done)
+            wide = bit_or(widen(bit_or(low, done)), shift_left(widen(high), 8))
+            _offer(wide, 2**16 - 1, extra + end, cost, offers, found)
     for column in range(target_columns):
         store_byte(target, column, load_byte(found, LANES + column))

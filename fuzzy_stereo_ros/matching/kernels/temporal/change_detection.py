@@ -159,32 +159,56 @@ def _write_measures(sums, height, begin, end, found):
         found[BRIGHTNESS, tile] = sums[BRIGHTNESS, tile] * unit / np.float32(max(number, 1))
 
 
-@kernel(allocates=True)
-def roughness(luminance, columns, rough, first, last):
-    """
-    Measure the second differences along the rows of each tile; a row in four is read.
+@called
+def _add_bends(line, columns, totals):
+    """Add the second differences along a row, with an element before and behind it."""
+    for column in range(columns):
+        totals[column] += abs(2 * np.int32(line[column + 1]) - np.int32(line[column])
+                              - np.int32(line[column + 2]))
 
-    rough: float32, by tile, their mean size in grey levels, from noise and texture; first, last:
-    tile rows
+
+@called
+def _mean_of_tiles(totals, number, columns, rough):
+    """Write the means of sums of so many rows of tiles, in grey levels."""
+    for tile in range(rough.size):
+        total = 0
+        for column in range(tile * TILE, (tile + 1) * TILE):
+            total += totals[column]
+        pixels = number * (min((tile + 1) * TILE, columns) - tile * TILE)
+        rough[tile] = np.float32(total) / np.float32(256 * pixels)
+
+
+@kernel(allocates=True)
+def roughness(luminance, columns, offset, rough, half_rough, first, last):
     """
-    rows = luminance.shape[0] - 2 * MARGIN
-    totals = np.zeros(columns + TILE, np.int32)
-    for tile_row in range(first, last):
+    Measure the second differences along the rows of each tile, at full and at half size.
+
+    A row in four is read, at half size the mean of two. offset: first column that is halved;
+    rough, half_rough: float32, by tile, their mean size in grey levels, from noise and texture;
+    first, last: rows, from a multiple of 2 TILE on
+    """
+    half_columns = columns // 2
+    totals, line = np.zeros(columns + TILE, np.int32), np.zeros(half_columns + 2, np.uint16)
+    for tile_row in range(first // TILE, (last + TILE - 1) // TILE):
         totals[:] = 0
-        bottom = min((tile_row + 1) * TILE, rows)
-        for row in range(tile_row * TILE, bottom, BLOCK):
-            left, here = luminance[row + MARGIN, MARGIN - 1:], luminance[row + MARGIN, MARGIN:]
-            right = luminance[row + MARGIN, MARGIN + 1:]
-            for column in range(columns):
-                totals[column] += abs(2 * np.int32(here[column]) - np.int32(left[column])
-                                      - np.int32(right[column]))
-        read = (bottom - tile_row * TILE + BLOCK - 1) // BLOCK
-        for tile in range(rough.shape[1]):
-            total = 0
-            for column in range(tile * TILE, (tile + 1) * TILE):
-                total += totals[column]
-            number = read * (min((tile + 1) * TILE, columns) - tile * TILE)
-            rough[tile_row, tile] = np.float32(total) / np.float32(256 * number)
+        number = 0
+        for row in range(tile_row * TILE, min((tile_row + 1) * TILE, last), BLOCK):
+            _add_bends(luminance[row + MARGIN, MARGIN - 1:], columns, totals)
+            number += 1
+        _mean_of_tiles(totals, number, columns, rough[tile_row])
+    for tile_row in range(first // (2 * TILE), (last // 2 + TILE - 1) // TILE):
+        totals[:] = 0
+        number = 0
+        for row in range(tile_row * TILE, min((tile_row + 1) * TILE, last // 2), BLOCK):
+            above, below = (luminance[2 * row + MARGIN, MARGIN + offset:],
+                            luminance[2 * row + 1 + MARGIN, MARGIN + offset:])
+            for column in range(half_columns):
+                line[column + 1] = (np.uint32(above[2 * column]) + above[2 * column + 1]
+                                    + below[2 * column] + below[2 * column + 1]) >> np.uint32(2)
+            line[0], line[half_columns + 1] = line[1], line[half_columns]
+            _add_bends(line, half_columns, totals)
+            number += 1
+        _mean_of_tiles(totals, number, half_columns, half_rough[tile_row])
 
 
 @called(allocates=True)
@@ -196,7 +220,7 @@ def _plainest(rough):
 
 @kernel(allocates=True)
 def noise_level(full, half):
-    """Return the noise of a picture by its `roughness` at full and at half size, grey levels."""
+    """Return the noise of a picture by its `roughness` at both sizes, grey levels."""
     return np.sqrt(max(_plainest(full)**2 - _plainest(half)**2, 0.0) / LOST)
 
 
