@@ -205,7 +205,11 @@ def _moving_scene(rows, columns):
 
 
 def _still_frames(picture):
-    """Yield noisy pairs of a still scene with a plain wall, then of another: uint8 (R, C)."""
+    """
+    Yield noisy pairs of a still scene with a plain wall, of another, and of a wall: uint8 (R, C).
+
+    The views of the last wall have nothing in common, so that it votes.
+    """
     rows, columns = picture.shape
     scene = picture.astype(np.float32)
     scene[rows // 4:, columns // 4:-columns // 8] = 120
@@ -215,6 +219,8 @@ def _still_frames(picture):
             scene = 255 - scene     # a new scene: the camera is followed
         noisy = scene + random.normal(0, 1.5, (2, rows, columns))
         yield np.clip(np.rint(noisy), 0, 255).astype(np.uint8)
+    yield [np.rint(120 + cv2.GaussianBlur(random.normal(0, 9, picture.shape), None, 2)).astype(
+        np.uint8) for _ in range(2)]
 
 
 def checked_pair(left, right, config):

@@ -21,6 +21,7 @@ from repository import COMMAND_LINE, printed_by, ROOT, run_python
 CODE = compiled.SOURCES / '__pycache__'
 MATCH = """
 import sys
+import cv2
 from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
 from fuzzy_stereo_ros.matching.compiling import record_calls
 from fuzzy_stereo_ros.matching.kernels.compiled import kernels
@@ -38,11 +39,13 @@ if sys.argv[2] == 'warm':
 before = compiled()
 for number, frame in enumerate(make_sequence(120, 160, 24, 5, noise=2.0)):
     matcher.match(*(np.roll(view, 3 * number, axis=1) for view in (frame.left, frame.right)))
-if sys.argv[1] == 'realtime':       # where plain regions vote, and pictures are averaged
+if sys.argv[1] == 'realtime':       # where pictures are averaged, and plain regions vote
     random, view = np.random.default_rng(1), frame.left.astype(float)
     view[40:, 40:140] = 90
     for _ in range(20):
         matcher.match(*np.clip(view + random.normal(0, 1.5, (2, *view.shape)), 0, 255).astype('B'))
+    matcher.match(*(cv2.GaussianBlur(random.normal(100, 9, view.shape), None, 2).astype('B')
+                    for _ in range(2)))
 for found in compiled() - before, compiled() - noted:
     print(*sorted(name for name, kinds in found))
 print(*{'numba.np.arraymath', 'scipy.linalg'} & {*sys.modules})

@@ -7,7 +7,6 @@ import cv2
 from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
 from fuzzy_stereo_ros.matching.bands import ThreadPool
 from fuzzy_stereo_ros.matching.kernels.planes import segments
-from fuzzy_stereo_ros.matching.kernels.planes.election import GROUPS, HALVES
 from fuzzy_stereo_ros.matching.kernels.planes.plain_texture import COLUMNS_AROUND
 from fuzzy_stereo_ros.matching.kernels.possibility.costs import Prior
 from fuzzy_stereo_ros.matching.kernels.possibility.features import MARGIN
@@ -16,7 +15,7 @@ from fuzzy_stereo_ros.matching.realtime.half_size import SmallResult
 from fuzzy_stereo_ros.matching.realtime.matcher import Stages
 from fuzzy_stereo_ros.matching.realtime.operators import GreyRegions, NotMutated
 from fuzzy_stereo_ros.matching.realtime.plain_regions import (
-    BURNT, CLIP, LEAST_CLIP, PLAIN_STEP, PlainRegions)
+    BURNT, CLIP, elect, GROUPS, LEAST_CLIP, NEAREST, PLAIN_STEP, PlainRegions)
 from fuzzy_stereo_ros.matching.realtime.views import Views
 from hypothesis import example, given, settings, strategies as st
 from made_scenes import bits
@@ -100,7 +99,7 @@ def test_a_plain_wall_that_windows_match_keeps_its_map_without_a_vote():
         pair = wall(noise=0.3, texture=1.2, seed=seed)
         match, algorithm = matched(pair)
         regions = algorithm._plain_regions
-        assert len(regions._found.places) and regions._votes is None
+        assert len(regions._found.places) and not regions._voting
         without, _ = matched(pair, Stages(vote=NotMutated))
         np.testing.assert_array_equal(match.disparity, without.disparity)
         assert wrong(match.disparity, pair[2]) < 0.03
@@ -143,7 +142,7 @@ def test_evidence_is_that_of_the_twin(size, min_disparity):
     views.describe(POOL)
     plain = PlainRegions(views, min_disparity)
     mutate(plain, 10, Prior(*np.zeros((2, *size), np.uint8)), False)
-    places, (curves, counts, _) = plain._found.places, plain._votes
+    places, (curves, counts, _) = plain._found.places, plain._found.votes
 
     masks, textures = [], []
     for texture in (plain._left, plain._right):
@@ -175,11 +174,11 @@ def test_evidence_is_that_of_the_twin(size, min_disparity):
         np.testing.assert_array_equal(curves[places[cell], :, :DISPARITIES], curve)
         np.testing.assert_array_equal(counts[places[cell], :DISPARITIES], count)
     if min_disparity == 0:
-        election = plain._election
-        expected = [twins.elect(found, of_region, DISPARITIES, plain._nearest, GROUPS)
+        election = elect(plain._found.votes, places, DISPARITIES, NEAREST)
+        expected = [twins.elect(found, of_region, DISPARITIES, NEAREST, GROUPS)
                     for of_region in range(numbers.max() + 1)]
         np.testing.assert_allclose(
-            np.column_stack([election.best, election.facts[:, HALVES:]]), expected)
+            np.column_stack([election.best, election.shares]), expected)
 
 
 # ---- regions of weak texture and their planes ----

@@ -5,15 +5,16 @@ Evidence of plain regions for disparities, and the planes that it supports.
 
 The products of the texture of both views, see plain_texture.py, are summed in cells of 8 rows and
 16 columns, for every disparity: a curve for each cell. Sums over cells are measured in standard
-deviations as if cells were independent, so that no estimate of noise is needed. A region takes the
-plane around what it elects where that has more evidence than the map.
+deviations as if cells were independent, so that no estimate of noise is needed. What is taken of
+them is decided in realtime/plain_regions.py.
 """
+from typing import NamedTuple
+
 from fuzzy_stereo_ros.matching.kernels.addresses import of_rank
 from fuzzy_stereo_ros.matching.kernels.compiled import called, inlined, kernel
-from fuzzy_stereo_ros.matching.kernels.planes.election import (
-    APART, BOTH, FINE, HALVES, MEAN)
-from fuzzy_stereo_ros.matching.kernels.planes.plain_texture import COUNTED
-from fuzzy_stereo_ros.matching.kernels.units import INVALID, SURE, VOTED
+from fuzzy_stereo_ros.matching.kernels.planes.plain_texture import BANDS, COUNTED
+from fuzzy_stereo_ros.matching.kernels.rows import copy_row
+from fuzzy_stereo_ros.matching.kernels.units import INVALID, VOTED
 import numpy as np
 
 CELL_ROWS, CELL_COLUMNS = 8, 16  # rows (of the picture: every other one) and columns of a cell
@@ -21,12 +22,15 @@ HALF = CELL_COLUMNS // 2      # half-size columns of a cell
 TILTED = 2.0         # deviations that a slant must gain
 TILTS, MOST_TILTED = (2.0, 1.0, 0.5, 0.25), 6.0  # px at the border of a region: at a time, in all
 GAIN = 0.05          # deviations that a step must gain
-MATCHED = 0.9        # share of consistent pixels above which a region keeps its map
-SAMPLES = 8          # wrong disparities that show the evidence of a cell by chance
-CHANCE = 0.6         # share of splits whose halves agree on noise, in one region of fifty
-LEAD = 2.0           # deviations by which a plane must exceed what is consistent of the map
-DECISIVE = 4.0       # mean deviations of the plane in 3 x 3 cells from which windows can match it
-LENIENT = -2.5       # deviations by which the map may exceed the plane in cells that accept it
+
+
+class Votes(NamedTuple):
+    """The evidence of the cells of regions."""
+
+    curves: np.ndarray       # int16 (cells, BANDS, labels), sums of products
+    counts: np.ndarray       # int16 (cells, labels), candidates that are seen, in COUNTED-th rows
+    cells: np.ndarray        # int32 (cells, 5): number of half-size pixels, sums of their columns,
+    #                          rows and labels, and how many of these are inconsistent
 
 
 @kernel
@@ -85,25 +89,9 @@ def list_pieces(regions, places, pieces, begins):
     begins[places.shape[1]] = number
 
 
-@inlined
-def _consistent(cells, first, last):
-    """Return the share of consistent pixels of the map in some cells."""
-    pixels = inconsistent = 0
-    for place in range(first, last):
-        pixels += cells[place, 0]
-        inconsistent += cells[place, 4]
-    return 1 - inconsistent / pixels
-
-
 @kernel
-def judge_map(pieces, starts, labels, validity, cells, planes, certainty):
-    """
-    Sum what the half-size map, labels and validity (r, c), says in cells, and how sure that is.
-
-    Returns how many regions it does not match. starts: of number_cells; cells: of Votes, 0 at
-    first; planes, certainty: see write_planes, of the map alone
-    """
-    planes[:] = np.nan
+def sum_cells(pieces, labels, validity, cells):
+    """Sum what the half-size map, labels and validity (r, c), says in cells; cells: of Votes."""
     for place, row, first, last in pieces:
         cell = cells[place]
         for pixel in range(first, last):
@@ -112,14 +100,6 @@ def judge_map(pieces, starts, labels, validity, cells, planes, certainty):
             cell[2] += row
             cell[3] += labels[row, pixel]
             cell[4] += validity[row, pixel] == INVALID
-    doubtful = 0
-    for region in range(starts.size - 1):
-        first, last = starts[region], starts[region + 1]
-        consistent = _consistent(cells, first, last)
-        right = max(2 * consistent - 1, 0.0)    # share of the map, then of what is consistent
-        certainty[first:last] = np.uint8(SURE * right / max(consistent, 0.5))
-        doubtful += consistent <= MATCHED
-    return doubtful
 
 
 @kernel
@@ -182,6 +162,77 @@ def spread_around(values, places, result):
         for column in range(places.shape[1]):
             if places[row, column] >= 0:
                 result[places[row, column]] = _around(values, places, row, column)
+
+
+@kernel
+def sum_groups(votes, places, totals, seen, squares):
+    """
+    Sum the cells of each region by columns of cells, in as many groups as `totals` has, in turn.
+
+    totals: int32 (regions, groups, BANDS, labels), seen: int32 (regions, labels), squares: int64
+    (regions, groups, BANDS), of the sums of single cells, all 0 at first
+    """
+    curves, counts, _ = votes
+    groups, labels = totals.shape[1], totals.shape[3]
+    for region in range(len(totals)):
+        for row in range(places.shape[1]):
+            for column in range(places.shape[2]):
+                place = places[region, row, column]
+                if place < 0:
+                    continue
+                mine, count = column % groups, counts[place]
+                for label in range(labels):
+                    seen[region, label] += np.int32(COUNTED) * count[label]
+                for band in range(BANDS):
+                    target, curve, square = totals[region, mine, band], curves[place, band], 0
+                    for label in range(labels):
+                        target[label] += curve[label]
+                        square += np.int64(np.int32(curve[label]) * np.int32(curve[label]))
+                    squares[region, mine, band] += square
+
+
+@kernel(allocates=True)
+def elect_by_halves(groups, filled, allowed, best, near, shares):
+    """
+    Let the halves of regions elect labels; write how many elect that of the region.
+
+    The groups of a region are split into halves in as many ways as a Hadamard matrix has other
+    rows. Splits with an empty half do not count. groups: float64 (regions, groups, labels), the
+    evidence; filled: bool (regions, groups); allowed: bool (regions, labels); best: int64
+    (regions,); near: labels by which a choice may differ; shares: float64 (regions, 2), written:
+    of halves that agree, and of splits both of whose halves do
+    """
+    number, labels = groups.shape[1:]
+    sums = np.empty((number, labels + 1))
+    for region in range(len(groups)):
+        for group in range(number):
+            copy_row(groups[region, group], sums[group, :labels])
+            sums[group, labels] = filled[region, group]
+        apart = 1
+        while apart < number:
+            for group in range(number):
+                if not group & apart:
+                    first, second = sums[group], sums[group + apart]
+                    for label in range(labels + 1):
+                        total, difference = (first[label] + second[label],
+                                             first[label] - second[label])
+                        first[label], second[label] = total, difference
+            apart *= 2
+        splits, agreed, both = 0, 0.0, 0.0
+        for split in range(1, number):
+            if abs(sums[split, labels]) == sums[0, labels]:
+                continue
+            agree = 0
+            for sign in (1.0, -1.0):
+                most, choice = -np.inf, -np.inf
+                for label in range(labels):
+                    half = sums[0, label] + sign * sums[split, label]
+                    if allowed[region, label] and half > most:
+                        most, choice = half, label
+                agree += abs(choice - best[region]) <= near
+            splits += 1
+            agreed, both = agreed + agree / 2, both + (agree == 2)
+        shares[region, 0], shares[region, 1] = agreed / max(splits, 1), both / max(splits, 1)
 
 
 @called(allocates=True)
@@ -285,7 +336,7 @@ def by_chance(weighted, places, others):
     return of_rank(found, others.size, max(others.size - 1, 0) // 2) + 1e-6
 
 
-@called(allocates=True)
+@kernel(allocates=True)
 def compare(weighted, seen, cells, places, nearest, others, plane, lead):
     """
     Tilt the plane of a region to where it has the most evidence, and compare it with the map.
@@ -318,51 +369,3 @@ def compare(weighted, seen, cells, places, nearest, others, plane, lead):
     for place in range(number):
         lead[place] /= usual
     return (evidence, known), total / pixels / usual
-
-
-@called
-def between(deviations, best):
-    """Return the best disparity between whole px, by the parabola of the five around it."""
-    if best < 2 or best > deviations.size - 3:
-        return np.float64(best)
-    a, b, c, d, e = (deviations[best - 2], deviations[best - 1], deviations[best],
-                     deviations[best + 1], deviations[best + 2])
-    slope, bend = (2 * e + d - b - 2 * a) / 10, (2 * a - b - 2 * c - d + 2 * e) / 14
-    return best + min(max(-slope / (2 * min(bend, -1e-9)), -0.75), 0.75)
-
-
-@kernel(allocates=True)
-def judge(votes, places, starts, election, nearest, planes, certainty):
-    """
-    Write the planes that cells of regions take, and how sure these are.
-
-    votes, election: the fields of both; starts, places: of number_cells; nearest: label from which
-    on there is evidence; planes, certainty: see write_planes, of judge_map at first
-    """
-    (curves, counts, cells), (deviations, valid, elected, facts) = votes, election
-    labels, plane = deviations.shape[1], np.empty(3)
-    for region in range(len(places)):
-        first, last = starts[region], starts[region + 1]
-        found, best, consistent = (facts[region], elected[region],
-                                   _consistent(cells, first, last))
-        if consistent > MATCHED or found[HALVES] <= max(2 * consistent - 1, 0.0):
-            continue
-        others, number = np.empty(labels, np.int64), 0
-        for label in range(nearest, labels, max(labels // SAMPLES, 1)):
-            if valid[region, label] and abs(label - best) > APART:
-                others[number] = label
-                number += 1
-        weighted = (curves[first:last, 0, :labels] / found[FINE]
-                    + curves[first:last, 1, :labels] / found[FINE + 1])
-        seen, lead = np.float64(COUNTED) * counts[first:last, :labels], np.zeros(last - first)
-        plane[0], plane[1], plane[2] = 0.0, 0.0, between(deviations[region], best)
-        (evidence, known), decisive = compare(
-            weighted, seen, cells[first:last], places[region] - first, nearest, others[:number],
-            plane, lead)
-        if (evidence - found[MEAN] - consistent * (known - found[MEAN]) <= LEAD
-                or decisive >= DECISIVE):
-            continue
-        sure = np.uint8(SURE * max(found[BOTH] - CHANCE, 0.0) / (1 - CHANCE))
-        for place in range(last - first):
-            if lead[place] > max(decisive - DECISIVE, LENIENT):
-                planes[first + place], certainty[first + place] = plane, sure
