@@ -60,10 +60,15 @@ MEDIAN_NEIGHBOURS = (2 * MEDIAN_RADIUS + 1) ** 2
 ALL_EQUAL = 2**32 - 1
 
 
-@kernel
-def pad_map(values, columns, padded, first, last):
-    """Copy the columns of a map into one with MEDIAN_RADIUS pixels around, its border repeated."""
-    for row in range(first, last):
+@called
+def _pad(values, columns, padded, first, last):
+    """
+    Copy a map into one with MEDIAN_RADIUS pixels around, its border repeated.
+
+    So far as the rows first .. last - 1 and those around them need it.
+    """
+    rows = padded.shape[0] - 2 * MEDIAN_RADIUS
+    for row in range(max(first - MEDIAN_RADIUS, 0), min(last + MEDIAN_RADIUS, rows)):
         copy_row(values[row], padded[row + MEDIAN_RADIUS, MEDIAN_RADIUS:MEDIAN_RADIUS + columns])
         pad_row(padded, row, columns, MEDIAN_RADIUS)
 
@@ -102,15 +107,17 @@ def _extremes_of_columns(source, stride, row, columns, low, high):
 
 
 @kernel(allocates=True)
-def membership_median(padded, reach, bits, columns, out, first, last):
+def membership_median(chromosome, levels, padded, reach, bits, out, first, last):
     """
     Take the median over similar neighbours where the 7 x 7 pixels span more than one label.
 
-    padded: labels and grey levels, (R + 6, C + 70) of one dtype, uint8 or uint16, see pad_map;
-    reach: grey levels by which similar pixels differ at most; bits: of the largest label; out:
-    (R, C + 64)
+    chromosome: (R, C) labels; levels: of grey, uint8 (R, C or more); padded: memory for both,
+    (R + 6, C + 70) of one dtype, uint8 or uint16; reach: grey levels by which similar pixels
+    differ at most; bits: of the largest label; out: (R, C + 64)
     """
-    labels, grey_levels = padded
+    (labels, grey_levels), columns = padded, chromosome.shape[1]
+    _pad(chromosome, columns, labels, first, last)
+    _pad(levels, columns, grey_levels, first, last)
     stride, out_stride = labels.shape[1], out.shape[1]
     source, grey, target = labels.reshape(-1), grey_levels.reshape(-1), out.reshape(-1)
     neighbours = np.zeros(MEDIAN_NEIGHBOURS * LANES, labels.dtype)
