@@ -48,7 +48,7 @@ class Squares:
     """
     Memory for the costs and the sums of the genes of all tiles; image sizes take turns.
 
-    places: the addresses of both, a new tuple once they have moved
+    places: the addresses of both, others once a larger size has needed more
     """
 
     def __init__(self):
@@ -108,7 +108,7 @@ class Selection:
 
     def _find(self, half=None, previous=None):
         """Have memory for what is placed; half, previous: the priors, see `Found`."""
-        costs, sums = self._at = self._squares.addresses(int(self._places[-1]))
+        costs, sums = self._squares.addresses(int(self._places[-1]))
         (labels, weights), (others, other_weights) = (
             map(address_of, prior or self._no_prior) for prior in (half, previous))
         self._found = tuple(self._fixed._replace(
@@ -151,8 +151,9 @@ class AllLabels(Selection):
         self._find()
 
     def _located(self):
-        """Return the same, once larger sizes may have had the squares moved."""
-        if self._squares.places is not self._at:
+        """Return the same where the squares are now: larger sizes may have had them moved."""
+        found = Found(*self._found)
+        if (found.costs, found.sums) != self._squares.places:
             self._find()
         return self._found
 

@@ -1,6 +1,7 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """A generation, and the search at smaller sizes that inherits to it, against their twins."""
+from concurrent.futures import ThreadPoolExecutor
 from types import SimpleNamespace
 
 from census_scene import random_map, read_moved, seen, small_pair, twin_costs
@@ -10,6 +11,7 @@ from fuzzy_stereo_ros.matching.kernels.addresses import address_of
 from fuzzy_stereo_ros.matching.kernels.possibility.costs import Prior, weight_of
 from fuzzy_stereo_ros.matching.kernels.scanlines import selection
 from fuzzy_stereo_ros.matching.kernels.scanlines.half_size_prior import CLEAR, WEAK
+from fuzzy_stereo_ros.matching.kernels.scanlines.selection import Found
 from fuzzy_stereo_ros.matching.kernels.scanlines.tile_genes import (
     HALF_SIZE, MOST_GENES, PREVIOUS, SIDE)
 from fuzzy_stereo_ros.matching.kernels.temporal.change_detection import TILE
@@ -106,6 +108,31 @@ def test_any_size_range_and_parents_are_those_of_the_twin(
         np.testing.assert_array_equal(values, wanted)
     np.testing.assert_array_equal(chosen.target, reference_census.chosen_by_target(
         expected[0], expected[2], chosen.target.shape[1] - columns))
+
+
+@settings(max_examples=20)
+@given(st.integers(1, 90), st.integers(1, 90), st.integers(1, 40), st.integers(0, 2**20))
+def test_a_thread_that_asks_while_another_one_finds_the_squares_gets_them_where_they_are_now(
+        rows, columns, disparities, more):
+    """After a larger size has had them moved, as in the frame that needs more genes."""
+    squares, asked = Squares(), []
+    one = AllLabels(CensusPossibility(rows, columns, disparities, BOXED), squares)
+    squares.addresses(2 * one._places[-1] + more)
+
+    class Asking:
+        """The fixed fields: while addresses are put among them, another thread asks."""
+
+        fixed = one._fixed
+
+        def _replace(self, **changes):
+            one._fixed = self.fixed
+            asked.append(ThreadPoolExecutor().submit(one._located).result())
+            return self.fixed._replace(**changes)
+    one._fixed = Asking()
+    for fields in one._located(), *asked:
+        assert (Found(*fields).costs, Found(*fields).sums) == squares.places
+    assert len(asked) == 1
+
 
 
 @settings(max_examples=40)
