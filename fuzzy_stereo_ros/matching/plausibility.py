@@ -25,7 +25,6 @@ KNOWN_SHARE = 0.02  # the same while a cause is known that may end at any time
 MOST_CREDIT = 20.0  # ms of this time that are saved up while nothing is suspicious
 CONFIRMED = 5       # pairs in a row after which a live node changes its finding
 SAMPLE_STEP = 4     # every so many rows and columns of a result are read
-SAMPLED_ROWS = 16   # where each pair is judged, as many pixels, in rows as they lie in memory
 # Limits of a suspicious result; real pairs have a mean confidence of .36 to .97, most above .65.
 LOW_CONFIDENCE = 0.65
 FALL = 0.75         # share of the usual mean confidence
@@ -158,7 +157,8 @@ class PlausibilityCheck:
 
 def mean_confidence(match):
     """Return the mean confidence of a Match, 0 to 1."""
-    return float(match.confidence[::SAMPLED_ROWS].mean())
+    # as many pixels, in rows as they lie in memory: each pair is judged by it
+    return float(match.confidence[::SAMPLE_STEP**2].mean())
 
 
 def share_at_the_ends(match, config, infinity):

@@ -159,8 +159,7 @@ class Averaging:
         pictures, ages, drifts, labels = history
         self._move_by(0, 0)
         self._both.ages_then[:], self._both.drifts_then[:] = ages[:, None], drifts[:, None]
-        self._rough = [noise.rough for noise in noises]
-        shares = self._choose(pool, views, history, 1)
+        shares = self._choose(pool, views, noises, history, 1)
         if search and min(shares) < STILL:
             self._move_by(*self._shift.between(pictures[0], views[0].luminance))
         if any(self.shift):
@@ -169,7 +168,7 @@ class Averaging:
                 for values, moved in zip((before, *drift), (
                         tiles.ages_then[1], *tiles.drifts_then[1])):
                     move_ages(values, *shift, moved)
-            shares = self._choose(pool, views, history, 2)
+            shares = self._choose(pool, views, noises, history, 2)
         self.share = min(shares)
         for tiles, share in zip(self.tiles, shares):
             if share < ANOTHER:
@@ -196,7 +195,7 @@ class Averaging:
         """Write the shifts of tiles that move; the right view is mirrored."""
         self.shifts[:, 1] = (down, right), (down, -right)
 
-    def _choose(self, pool, views, history, number):
+    def _choose(self, pool, views, noises, history, number):
         """Compare the tiles at the last of some shifts; return the shares of unchanged ones."""
         shifts = self.shifts[:, number - 1]
 
@@ -208,14 +207,14 @@ class Averaging:
         def choose(side):
             tiles = self.tiles[side]
             differences = tiles.differences[:number]
-            noises[side] = tile_noises(differences, self._rough[side], tiles.noises)
+            found[side] = tile_noises(differences, noises[side].rough, tiles.noises)
             choose_tiles(differences, tiles.ages_then[:number], tiles.noises,
                          tiles.choices, tiles.ages, tiles.sizes)
-        chain, noises = Chain(pool), [0.0, 0.0]
+        chain, found = Chain(pool), [0.0, 0.0]
         chain.each(compare, self.parts(pool))
         chain.each(choose, range(2))
         chain.run()
-        self.noise = max(0.0, *noises)
+        self.noise = max(0.0, *found)
         if history.labels is not None and self.noise > FAINT:
             self._reject_alike(pool, views, history)
         return [np.count_nonzero(tiles.choices >= 0) / tiles.choices.size

@@ -73,7 +73,7 @@ class SmallSize:
 
     def finish(self, chain, after, fill=lambda band: None, smooth=lambda band: None):
         """
-        Complete the `result` of a search.
+        Complete the `result` of a search; return the mark.
 
         fill, smooth: called with each band once it is filled, and once it is smoothed
         """
@@ -122,7 +122,7 @@ class HalfSize(SmallSize):
             zeros((rows, columns), gene_type(disparities)), zeros((rows, columns), np.uint8)))
 
     def complete(self, chain, views, after=None):
-        """Complete the `result` of a search of `Views`, whose noise is no texture."""
+        """Complete the `result` of a search of `Views`, whose noise is no texture; as `finish`."""
         labels, validity, chosen, _, prior, certainty = self.result
 
         def measure(band):

@@ -132,7 +132,7 @@ class RealtimeMatcher:
         if previous is None and self._config.warm_start:
             warm.average(chain, None, views)
         chain.run()
-        if camera is not None:
+        if camera is not None:      # followed by what is not averaged yet
             views.full.left.halve(views.half.left, 0, views.half.rows)
         if previous is not None:
             warm.average(pool, previous, views)

@@ -8,11 +8,10 @@ seldom right: they are found as by cv2.filterSpeckles, but by bands that threads
 """
 from fuzzy_stereo_ros.matching.arrays import zeros
 from fuzzy_stereo_ros.matching.bands import cut_bands, MOST_PARTS, widened
-from fuzzy_stereo_ros.matching.kernels.refinement import filling
+from fuzzy_stereo_ros.matching.kernels.refinement import filling, subpixel
 from fuzzy_stereo_ros.matching.kernels.refinement.consistency import (
     check_consistency, find_components, join_components, reject_changed, reject_small)
 from fuzzy_stereo_ros.matching.kernels.refinement.square_median import REACH, square_median
-from fuzzy_stereo_ros.matching.kernels.refinement.subpixel import AROUND, RADIUS, write_out
 from fuzzy_stereo_ros.matching.kernels.simd import LANES
 import numpy as np
 
@@ -85,10 +84,11 @@ class Refinement:
         self._median = zeros((rows, columns + 2 * LANES), labels_type)
         self._labels = zeros((rows, columns), labels_type)
         fine_type = np.int16 if disparities < 2000 else np.int32
+        self._fitted = zeros((rows, columns + 2 * subpixel.RADIUS + LANES), fine_type)
         self._fine = zeros((rows, columns + LANES), fine_type)
-        self._memory = (
-            zeros((rows, columns + 2 * RADIUS + LANES), fine_type),
-            zeros((rows, columns), np.uint16), self._fine, zeros((rows, columns), np.uint8))
+        self._certain, self._agreeing = (
+            zeros((rows, columns), dtype) for dtype in (np.uint16, np.uint8))
+        self._rows = [zeros((2, columns + LANES), fine_type) for _ in range(MOST_PARTS)]
 
     @property
     def fine_labels(self):
@@ -143,16 +143,22 @@ class Refinement:
         disparity: float32 (R, C), px, NaN = invalid; confidence: float32 (R, C), 0 to 1
         """
         disparity, confidence = (np.empty(labels.shape, np.float32) for _ in range(2))
-        found = chosen.labels, chosen.offsets, chosen.sums, chosen.margins
-        of_half = half.chosen.margins, half.prior.weights
+        margins_of_half = half.chosen.margins, half.prior.weights
         bounds = tuple(map(np.float32, (
             config.min_disparity, config.min_disparity + config.disparities - 1,
             -np.inf if config.fill else config.confidence_threshold)))
 
         def write_band(band):
-            reject(*widened(band, AROUND // 2, len(labels)))
-            write_out(found, labels, self.final_validity, of_half, self._memory, half.certainty,
-                      bounds, (disparity, confidence), *band[1:])
+            rows = widened(band, subpixel.AROUND // 2, len(labels))
+            reject(*rows)
+            subpixel.fit(chosen.labels, chosen.offsets, self.final_validity, self._fitted, *rows)
+            subpixel.certainty(chosen.sums, chosen.margins, margins_of_half,
+                               self.final_validity, self._certain, *rows)
+            subpixel.smooth_offsets(labels, self._fitted, *self._rows[band[0]], self._fine,
+                                    self._agreeing, *band[1:])
+            subpixel.write_out(
+                (self._fine, self._agreeing), self.final_validity, self._certain, half.certainty,
+                bounds, disparity, confidence, *band[1:])
         # after the band below, too, in whose first rows it rejects pixels
         pool.each(write_band, pool.parts(len(labels)), reach=1)
         return disparity, confidence

@@ -140,8 +140,7 @@ class WarmStart:
         The mean variance over the tiles is the mean of `1 / ages`. Its fourth root is returned,
         not the square root: tiles that are not averaged have all of the noise.
         """
-        ages = self._averaging.tiles[0].ages
-        return (float(np.add.reduce(1 / ages, axis=None)) / ages.size)**0.25
+        return float((1 / self._averaging.tiles[0].ages).mean())**0.25
 
     def no_previous_best(self, pool, state, half):
         """Return neither a parent nor a prior: only pictures are used."""

@@ -134,7 +134,6 @@ def test_a_thread_that_asks_while_another_one_finds_the_squares_gets_them_where_
     assert len(asked) == 1
 
 
-
 @settings(max_examples=40)
 @given(st.integers(1, 700), st.integers(1, 700), st.integers(-60, 60), st.integers(1, 8),
        st.integers(0, 9))

@@ -17,8 +17,8 @@ NEIGHBOURS = (2 * RADIUS + 1)**2    # of a pixel, itself too
 INVALID_FIT = -(2**14)     # farther than STEPS from any disparity
 
 
-@called
-def _fit(labels, offsets, validity, fitted, first, last):
+@kernel
+def fit(labels, offsets, validity, fitted, first, last):
     """
     Write the fitted disparities of the pixels not rejected, far out of reach for the others.
 
@@ -36,16 +36,16 @@ def _fit(labels, offsets, validity, fitted, first, last):
             inside[column] = none + np.int32(valid[column] != INVALID) * above
 
 
-@called(allocates=True)
-def _smooth_offsets(final, fitted, fine, agreeing, first, last):
+@kernel
+def smooth_offsets(final, fitted, total, count, fine, agreeing, first, last):
     """
     Average over 5 x 5 pixels the fitted disparities that are within one pixel of the final label.
 
-    final: labels after refinement; fine: (R, C + 32) of the dtype of fitted, 1 / STEPS px;
-    agreeing: uint8 (R, C), the number of fitted disparities, 1 at the least
+    final: labels after refinement; total, count: (C + 32,) of the dtype of fitted, working memory;
+    fine: (R, C + 32) of that dtype, 1 / STEPS px; agreeing: uint8 (R, C), the number of fitted
+    disparities, 1 at the least
     """
     rows, columns = final.shape
-    total, count = np.empty(columns + LANES, fine.dtype), np.empty(columns + LANES, fine.dtype)
     source, target = fitted.reshape(-1), fine.reshape(-1)
     stride, fine_stride = fitted.shape[1], fine.shape[1]
     for row in range(first, last):
@@ -92,15 +92,17 @@ LINES = np.column_stack((
 LINES = LINES[LINES[:, 1] > 0]      # the others are 1, the most that confidence is
 
 
-@called(allocates=True)
-def _find_certainty(sums, margins, half, validity, certain, first, last):
+@kernel(allocates=True)
+def certainty(sums, margins, half, validity, certain, first, last):
     """
     Compute the certainty of each label from its cost and its uniqueness margin.
 
     The margin counts up to three times that of the half-size search, less what chance gives: in
     that no previous frame and no choice of labels has part.
 
-    certain: uint16 (R, C), 0 to CERTAIN, 0 where not consistent; the others: see write_out
+    sums: uint8 (R, C), the summed cost of the label; half: margins (r, c) of the half-size search,
+    and the weights of its prior, uint8 (R, C); certain: uint16 (R, C), 0 to CERTAIN, 0 where not
+    consistent
     """
     half_margins, weights = half
     columns, half_columns = sums.shape[1], half_margins.shape[1]
@@ -156,33 +158,20 @@ def _sum_line(sums, columns, line):
 
 
 @kernel(allocates=True)
-def write_out(found, final, validity, half, memory, limits, bounds, output, first, last):
+def write_out(fitted, validity, certain, limits, bounds, disparity, confidence, first, last):
     """
     Write disparities in pixels and their confidence.
 
-    A disparity that few neighbours found has less confidence: the surface ends there. What is not
-    consistent, points outside of the target, or has no certain pixel around, has confidence 0.
+    A disparity that few neighbours found has less confidence: the surface ends there.
 
-    found: labels, offsets, sums and margins of the `SearchResult`; final: labels after
-    refinement; half: margins (r, c) of the half-size search, and the weights of its prior, uint8
-    (R, C); memory: `fitted` of _fit, `certain`, of which the mean of AROUND x AROUND pixels
-    counts, reflected beyond the image, `fine` and `agreeing` of _smooth_offsets; limits: uint8
-    (R, C), of the confidence, in 1 / 255; bounds: lowest and highest disparity, px, and the
-    confidence below which pixels are NaN, all float32; output: disparity and confidence, float32
-    (R, C), written
+    fitted: `fine` and `agreeing` of smooth_offsets; certain: uint16 (R, C), which counts as the
+    mean of AROUND x AROUND pixels, reflected beyond the image; limits: uint8 (R, C), of the
+    confidence, in 1 / 255; bounds: lowest and highest disparity, px, and the confidence below
+    which pixels are NaN, all float32; disparity, confidence: float32 (R, C), written.
+    What is not consistent, points outside of the target, or has no certain pixel around, has
+    confidence 0.
     """
-    begin, end = max(first - AROUND // 2, 0), min(last + AROUND // 2, len(validity))
-    _fit(found[0], found[1], validity, memory[0], begin, end)
-    _find_certainty(found[2], found[3], half, validity, memory[1], begin, end)
-    _smooth_offsets(final, memory[0], memory[2], memory[3], first, last)
-    _write(memory, validity, limits, bounds, output, first, last)
-
-
-@called(allocates=True)
-def _write(memory, validity, limits, bounds, output, first, last):
-    """Write what `write_out` does, once certainty is found and offsets are smooth."""
-    _, certain, fine, agreeing = memory
-    (lowest, highest, threshold), (disparity, confidence) = bounds, output
+    (fine, agreeing), (lowest, highest, threshold) = fitted, bounds
     # columns of the target that exist: those of the image, moved by the lowest disparity
     first_column, width = np.int32(STEPS * lowest - STEPS // 2), np.int32(STEPS * certain.shape[1])
     columns, reach = certain.shape[1], AROUND // 2
