@@ -112,6 +112,15 @@ class ThreadPool:
         """Call work(item) for every item; after, reach: as of a Chain, here nothing is before."""
         self.run(work, items, [0] * len(items))
 
+    def mapped(self, function, items):
+        """Return what a function returns for each item: a list."""
+        found = list(items)
+
+        def replace(number):
+            found[number] = function(found[number])
+        self.each(replace, range(len(found)))
+        return found
+
     def run(self, work, items, needs):
         """
         Call work(item) for every item and return when all are done.

@@ -150,8 +150,8 @@ class RowAlignment:
     def _searched(self, pool, rows, left, right):
         """Return the Rows with the offset of features, if block matching confirms it."""
         shape = left.shape[:2]
-        images = normalised(left), normalised(right)
-        found = feature_offsets(*images, self._lowest, self._disparities)
+        images = pool.mapped(normalised, (left, right))
+        found = feature_offsets(*images, self._lowest, self._disparities, pool.mapped)
         alone = Rows().with_points(found, shape)
         known, measured = self.measured(rows, shape), self.measured(alone, shape)
         if measured is None or not self._confirmed(pool, right, images, rows.undone, measured):
@@ -193,14 +193,18 @@ class RowAlignment:
         """
         if measured.deviation(undone) <= LEAST_OFFSET:
             return True
-        matcher = cv2.StereoBM_create(-(-self._disparities // 32) * 16, BLOCK_SIDE)
-        matcher.setMinDisparity(self._lowest // 2)
-        matcher.setUniquenessRatio(UNIQUE)
-        matcher.setDisp12MaxDiff(1)
-        left, lowest = _strips(reduced(images[0], 2)), 16 * (self._lowest // 2)
-        fewer, more = (np.count_nonzero(matcher.compute(left, _strips(reduced(
-            normalised(self._shifted(pool, right, terms)) if terms.any() else images[1],
-            2))) >= lowest) for terms in (undone, measured.terms))
+        left, lowest = _strips(reduced(images[0], 2)), self._lowest // 2
+
+        def matched(image):
+            matcher = cv2.StereoBM_create(-(-self._disparities // 32) * 16, BLOCK_SIDE)
+            matcher.setMinDisparity(lowest)
+            matcher.setUniquenessRatio(UNIQUE)
+            matcher.setDisp12MaxDiff(1)
+            found = matcher.compute(left, _strips(reduced(image, 2)))
+            return np.count_nonzero(found >= 16 * lowest)
+        fewer, more = pool.mapped(matched, [
+            normalised(self._shifted(pool, right, terms)) if terms.any() else images[1]
+            for terms in (undone, measured.terms)])
         return more >= FEWER * fewer
 
     def _shifted(self, pool, image, terms):

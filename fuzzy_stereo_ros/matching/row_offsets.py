@@ -233,24 +233,26 @@ def _with_contrast(image):
     return cv2.addWeighted(image, gain, image, 0, (1 - gain) * mean)
 
 
-def feature_offsets(left, right, min_disparity, disparities):
+def feature_offsets(left, right, min_disparity, disparities, each=map):
     """
     Return points of a pair, found without a disparity: float64 (N, 3).
 
     Column and row in the right image, and row offset, px. ORB features (Rublee et al., 2011) of
     half-size images are matched in two dimensions: along rows within the range of disparities,
-    and up to LARGEST_OFFSET across them. left, right: uint8 (R, C), `normalised`.
+    and up to LARGEST_OFFSET across them. left, right: uint8 (R, C), `normalised`; each: `map`, or
+    `mapped` of a ThreadPool.
     """
     rows, columns = left.shape[:2]
     if min(rows, columns) < 4 * WINDOW:
         return np.empty((0, 3))
-    (there, left_bits), (here, right_bits) = (
-        _features(reduced(image, 2), 2, FEATURES, FEATURE_SIZE) for image in (left, right))
+    (there, left_bits), (here, right_bits) = each(
+        lambda image: _features(reduced(image, 2), 2, FEATURES, FEATURE_SIZE), (left, right))
     if not len(there) or not len(here):
         return np.empty((0, 3))
     least, most = min_disparity - BEYOND, min_disparity + disparities + BEYOND - 1
-    forth, distances = _nearest(there, left_bits, here, right_bits, least, most)
-    back, _ = _nearest(here, right_bits, there, left_bits, -most, -least)
+    (forth, distances), (back, _) = each(lambda way: _nearest(*way), (
+        (there, left_bits, here, right_bits, least, most),
+        (here, right_bits, there, left_bits, -most, -least)))
     # clip: a dry run of the warm-up writes any numbers
     first = np.flatnonzero(
         (distances < BITS_ALIKE) & (back.take(forth, mode='clip') == np.arange(len(there))))

@@ -124,6 +124,15 @@ def test_an_item_begins_once_the_items_it_needs_are_done(threads, shares):
     assert done == set(range(len(needs)))
 
 
+@pytest.mark.parametrize('threads', [1, 2, 5])
+@settings(max_examples=20)
+@given(st.lists(st.integers(0, 5), max_size=40))
+def test_mapped_returns_what_a_function_returns_for_each_item_in_order(threads, items):
+    pool = ThreadPool(threads)
+    assert pool.mapped(range, tuple(items)) == list(map(range, items))
+    pool.close()
+
+
 @pytest.mark.parametrize('needs, last', [([0, 0, 0, 3], [0, 3]), ([0, 1, 0, 3], [0, 1, 3])])
 def test_no_thread_waits_while_an_item_may_begin(needs, last):
     pool, done, third = ThreadPool(2), [], threading.Event()
