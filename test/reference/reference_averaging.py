@@ -207,15 +207,29 @@ def alike(views, before, labels, offset, shifts, tested, choices, tile=16, block
     return found
 
 
-def ages_of_both(ages, labels, offset, shifts, choices, tile=16, block=4):
-    """Return the age of each tile of the left view, at most the mean of those it matches."""
-    matches = [[[] for _ in line] for line in choices]
+def tiles_matched(labels, offset, shifts, choices, tile=16, block=4):
+    """Yield the tile of each pixel of the left view that is read, and that of its match."""
     for row, column in np.ndindex(labels.shape):
         at = row // tile, column // tile
         shift = shifts[max(choices[at], 0)]
         place = row - max(at[0] * tile, shift[0]), column - max(at[1] * tile, shift[1])
         match = matched(labels, offset, shift, row, column)
         if match and not any(side % block for side in place) and 0 <= match[0] < labels.shape[1]:
-            matches[at[0]][at[1]].append(1 / ages[1, at[0], match[0] // tile])
+            yield at, (at[0], match[0] // tile)
+
+
+def ages_of_both(ages, labels, offset, shifts, choices):
+    """Return the age of each tile of the left view, at most the mean of those it matches."""
+    matches = [[[] for _ in line] for line in choices]
+    for (row, column), there in tiles_matched(labels, offset, shifts, choices):
+        matches[row][column].append(1 / ages[1][there])
     return np.array([[min(age, 1 / np.mean(found)) if found else age for age, found in zip(*line)]
                      for line in zip(ages[0], matches)])
+
+
+def rejected_alike(changes, limit, labels, offset, shifts, choices):
+    """Return the tiles of the left view that change alike, and those they match: bool (2, ...)."""
+    rejected = np.stack([(changes > limit) & (choices >= 0), np.zeros(choices.shape, bool)])
+    for here, there in tiles_matched(labels, offset, shifts, choices):
+        rejected[1][there] |= rejected[0][here]
+    return rejected

@@ -19,7 +19,7 @@ from fuzzy_stereo_ros.matching.kernels.temporal.change_detection import (
     blend, compare_tiles, MEASURES, TILE)
 from fuzzy_stereo_ros.matching.kernels.temporal.motion import best_shift, move_ages, thumbnail
 from fuzzy_stereo_ros.matching.kernels.temporal.unchanged_tiles import (
-    add_drifts, ages_of_both, changes_alike, choose_tiles, reject_drifting, reject_pointed_at,
+    add_drifts, ages_of_both, changes_alike, choose_tiles, reject_alike, reject_drifting,
     tile_noises)
 import numpy as np
 
@@ -151,7 +151,7 @@ class Averaging:
         Average both views with the previous pictures, where they stayed or moved as a whole.
 
         views: left and right; noises: the `NoiseEstimate` of each; history: the `History`, None
-        to start anew; search: whether the picture may have moved as a whole.
+        to start anew; search: whether the picture may have moved as a whole
         """
         if history is None:
             self._restart(pool, views)
@@ -197,12 +197,13 @@ class Averaging:
 
     def _choose(self, pool, views, noises, history, number):
         """Compare the tiles at the last of some shifts; return the shares of unchanged ones."""
-        shifts = self.shifts[:, number - 1]
+        shifts, chain, found = self.shifts, Chain(pool), [0.0, 0.0]
 
         def compare(band):
-            for tiles, view, picture, shift in zip(self.tiles, views, history.pictures, shifts):
-                compare_tiles(view.luminance, picture, *shift, tiles.differences[number - 1],
-                              band[1], band[2])
+            for tiles, view, picture, of_view in zip(
+                    self.tiles, views, history.pictures, shifts):
+                compare_tiles(view.luminance, picture, *of_view[number - 1],
+                              tiles.differences[number - 1], band[1], band[2])
 
         def choose(side):
             tiles = self.tiles[side]
@@ -210,26 +211,24 @@ class Averaging:
             found[side] = tile_noises(differences, noises[side].rough, tiles.noises)
             choose_tiles(differences, tiles.ages_then[:number], tiles.noises,
                          tiles.choices, tiles.ages, tiles.sizes)
-        chain, found = Chain(pool), [0.0, 0.0]
-        chain.each(compare, self.parts(pool))
+
+        def reject(labels):
+            """Reject the tiles that changed in the same way in both views: moving texture."""
+            self.noise = max(0.0, *found)
+            if labels is None or self.noise <= FAINT:
+                return
+            left = self.tiles[0]
+            changes_alike(
+                tuple(view.luminance for view in views), history.pictures, labels, self._offset,
+                (shifts[0], left.differences, left.choices), self._alike, 0, len(self._alike))
+            reject_alike(self._alike, ALIKE, labels, self._offset, shifts[0], self._both.choices,
+                         self._both.ages)
+        chain.each(compare, self.parts(chain))
         chain.each(choose, range(2))
+        chain.each(reject, [history.labels])
         chain.run()
-        self.noise = max(0.0, *found)
-        if history.labels is not None and self.noise > FAINT:
-            self._reject_alike(pool, views, history)
         return [np.count_nonzero(tiles.choices >= 0) / tiles.choices.size
                 for tiles in self.tiles]
-
-    def _reject_alike(self, pool, views, history):
-        """Reject the tiles that changed in the same way in both views: moving texture."""
-        (left, right), shifts, labels = self.tiles, self.shifts, history.labels
-        pool.each(lambda band: changes_alike(
-            tuple(view.luminance for view in views), history.pictures, labels, self._offset,
-            (shifts[0], left.differences, left.choices), self._alike, *band[1:]), self.parts(pool))
-        moves = self._alike > ALIKE
-        if moves.any():
-            left.choices[moves], left.ages[moves] = -1, 1
-            reject_pointed_at(moves, labels, self._offset, right.choices, right.ages)
 
     def _reject_drifting(self, labels):
         """Restart tiles that drift in the direction of a motion over frames."""

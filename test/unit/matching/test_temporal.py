@@ -11,7 +11,7 @@ from fuzzy_stereo_ros.matching.kernels.temporal.change_detection import (
 from fuzzy_stereo_ros.matching.kernels.temporal.motion import (
     move_ages, move_map, previous_prior, tile_strengths, trusted_cells)
 from fuzzy_stereo_ros.matching.kernels.temporal.unchanged_tiles import (
-    add_drifts, ages_of_both, changes_alike, choose_tiles, reject_drifting, reject_pointed_at,
+    add_drifts, ages_of_both, changes_alike, choose_tiles, reject_alike, reject_drifting,
     tile_noises)
 from fuzzy_stereo_ros.matching.kernels.units import CONSISTENT
 from fuzzy_stereo_ros.matching.over_frames.averaging import Averaging, History, PictureShift
@@ -149,7 +149,7 @@ def test_what_tiles_drift_adds_up_and_is_rejected_as_in_the_twin(rows, columns, 
 @settings(max_examples=40)
 @given(st.sampled_from([(2, 2), (5, 40), (33, 50)]), SHIFTS, st.sampled_from([0, -6]),
        st.integers(0, 999))
-def test_how_alike_both_views_change_and_their_ages_are_as_in_the_twins(
+def test_how_alike_both_views_change_their_ages_and_what_is_rejected_are_as_in_the_twins(
         shape, shift, offset, seed):
     views, before = zip(*(pictures(shape, seed + side) for side in (0, 1)))
     random, tiles = np.random.default_rng(seed), tiles_of(shape)
@@ -169,17 +169,12 @@ def test_how_alike_both_views_change_and_their_ages_are_as_in_the_twins(
     ages_of_both(ages, labels, offset, shifts, choices, found)
     np.testing.assert_allclose(
         found, twins.ages_of_both(ages, labels, offset, shifts, choices), rtol=1e-5)
-
-
-def test_the_tiles_that_rejected_ones_match_are_rejected():
-    labels = np.full((32, 64), 20, np.uint8)
-    moves = np.array([[False] * 4, [False, False, True, False]])
-    choices, ages = np.zeros((2, 4), np.int8), np.full((2, 4), 9, np.float32)
-    reject_pointed_at(moves, labels, -4, choices, ages)
-    # pixels 32 to 47 match 16 to 31 of the right view, which is mirrored
-    expected = [[0, 0, 0, 0], [0, 0, -1, 0]]
-    np.testing.assert_array_equal(choices, expected)
-    np.testing.assert_array_equal(ages, np.where(expected, 1, 9))
+    both, limit = np.stack([choices, np.zeros_like(choices)]), random.uniform(0, 20)
+    ages_then = ages.copy()
+    reject_alike(found, limit, labels, offset, shifts, both, ages)
+    rejected = twins.rejected_alike(found, limit, labels, offset, shifts, choices)
+    np.testing.assert_array_equal(both, np.where(rejected, -1, [choices, 0 * choices]))
+    np.testing.assert_array_equal(ages, np.where(rejected, 1, ages_then))
 
 
 # ---- the whole: noise goes, what changed stays ----

@@ -243,23 +243,31 @@ def changes_alike(views, before, labels, offset, compared, alike, first, last):
 
 
 @kernel
-def reject_pointed_at(moves, labels, offset, choices, ages):
+def reject_alike(alike, limit, labels, offset, shifts, choices, ages):
     """
-    Reject the tiles of the right view that pixels of rejected tiles of the left view point at.
+    Reject the tiles of the left view that changed alike, and what their pixels point at.
 
-    moves: bool, by tile of the left view; labels, offset: as in changes_alike; choices, ages: of
-    the right view, mirrored, changed; a pixel in BLOCK x BLOCK is read.
+    alike: of changes_alike, too much above the limit; labels, offset: as there; shifts: of the
+    left view; choices, ages: (2, ...), changed, those of the right view mirrored; a pixel in
+    BLOCK x BLOCK is read.
     """
     rows, columns = labels.shape
-    for tile_row in range(moves.shape[0]):
-        for tile in range(moves.shape[1]):
-            if not moves[tile_row, tile]:
+    for tile_row in range(alike.shape[0]):
+        for tile in range(alike.shape[1]):
+            choice = choices[0, tile_row, tile]
+            if choice < 0 or alike[tile_row, tile] <= limit:
                 continue
-            for row in range(tile_row * TILE, min((tile_row + 1) * TILE, rows), BLOCK):
-                for column in range(tile * TILE, min((tile + 1) * TILE, columns), BLOCK):
-                    there = columns - 1 - column + np.int64(labels[row, column]) + offset
+            down, across = shifts[choice, 0], shifts[choice, 1]
+            choices[0, tile_row, tile], ages[0, tile_row, tile] = -1, 1
+            for row in range(max(tile_row * TILE, down),
+                             min((tile_row + 1) * TILE, rows, rows + down), BLOCK):
+                for column in range(max(tile * TILE, across),
+                                    min((tile + 1) * TILE, columns, columns + across), BLOCK):
+                    there = columns - 1 - column + offset + np.int64(
+                        labels[row - down, column - across])
                     if 0 <= there < columns:
-                        choices[tile_row, there // TILE], ages[tile_row, there // TILE] = -1, 1
+                        choices[1, tile_row, there // TILE] = -1
+                        ages[1, tile_row, there // TILE] = 1
 
 
 @kernel
