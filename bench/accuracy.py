@@ -106,7 +106,7 @@ def measure(ours, subject, draw):
 
 def tables(figures):
     """Return the tables of a DataFrame of figures of `measure`."""
-    of_groups = means(figures, 'error', figures.matcher.unique())
+    of_groups = means(figures, figures.matcher.unique())
     of_groups[BEST] = of_groups[[*BASELINES]].apply(lambda row: min(row, key=float), axis=1)
     of_ours = counted(figures[(figures.matcher == OURS) & (figures.noise == NOISES[1])])
     return [

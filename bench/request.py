@@ -169,7 +169,7 @@ def counted(frame, group='group', one='scene'):
     return frame.assign(**{group: named})
 
 
-def means(frame, figure, names):
-    """Return a DataFrame of the means of a figure: a row per group, a column per matcher."""
-    found = means_over_draws(counted(frame), ['group', 'matcher'], [figure])[figure]
+def means(frame, names):
+    """Return a DataFrame of the mean errors: a row per group, a column per matcher."""
+    found = means_over_draws(counted(frame), ['group', 'matcher'], ['error']).error
     return found.unstack('matcher', sort=False).reindex(columns=names)

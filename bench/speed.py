@@ -22,7 +22,7 @@ from bench.draws import with_noise
 from bench.request import report_of, Request
 from bench.scoring import REFERENCE
 import cv2
-from fuzzy_stereo_ros.commands.benchmark import take_turns
+from fuzzy_stereo_ros.commands.benchmark import FRAMES, NOISE, take_turns
 from fuzzy_stereo_ros.evaluation.baselines import opencv_threads, TUNED
 from fuzzy_stereo_ros.evaluation.ground_truth import MIDDLEBURY
 from fuzzy_stereo_ros.evaluation.matchers import Ours
@@ -37,8 +37,6 @@ import pandas as pd
 SIZES = ((480, 640, 64), (720, 1280, 128), (240, 320, 32))     # rows, columns, disparities
 QUICK_SIZES = ((48, 80, 16), (72, 128, 32))
 THREADS = (1, 2)
-FRAMES = 4
-NOISE = 1.5  # grey levels, fresh in every frame
 OURS = FIRST, COLD, WARM = 'ours, first pair', 'ours, cold', 'ours, warm'
 FAST = 'ours, profile fast, cold'
 INTERVAL = MatcherConfig.still_interval
@@ -104,7 +102,7 @@ def race(request, pair, size, threads, repeats):
     with opencv_threads(threads):
         works = {name: make() for name, make in makers.items()}
         return [{'size': f'{columns}x{rows}', 'disparities': disparities, 'threads': threads,
-                 **turn} for turn in take_turns(works, repeats, FRAMES)]
+                 **turn} for turn in take_turns(works, repeats)]
 
 
 def noisy_frames(pair, rows, columns):
@@ -209,7 +207,7 @@ def still_row(request, pair, size):
         names = [f'frame {number}' for number in range(INTERVAL)]
         turns = pd.DataFrame(take_turns({
             **{name: partial(keeps, number) for number, name in enumerate(names)},
-            REFERENCE.name: _baseline(REFERENCE, greys, disparities)}, request.repeats, FRAMES))
+            REFERENCE.name: _baseline(REFERENCE, greys, disparities)}, request.repeats))
     of_reference = turns.matcher == REFERENCE.name
     reference, ours = turns.milliseconds[of_reference].median(), turns[~of_reference]
     of_kind = ours.groupby(ours.reused.astype(bool)).milliseconds.median()

@@ -25,7 +25,7 @@ from fuzzy_stereo_ros.synthetic.scenes import make_sequence, SCENE_PARAMETERS
 import numpy as np
 
 REPEATS = 60
-FRAMES, NOISE = 4, 1.5
+FRAMES, NOISE = 4, 1.5      # pictures; grey levels, fresh in every one
 SIZE_OPTIONS = [SCENE_PARAMETERS[name] for name in ('columns', 'rows')]
 FIGURES = ('latency, median [ms]', '95th percentile [ms]', 'processor time [ms]', 'memory [MB]')
 STATUS = Path('/proc/self/status')
@@ -81,7 +81,7 @@ def measured(config, frames, repeats):
     makers = {name: partial(_work, make, frames) for name, make in makers.items()}
     StereoMatcher(config).warm_up(*frames[0][0].shape[:2])
     memory = {name: _memory_of(make) for name, make in makers.items()}
-    turns = take_turns({name: make() for name, make in makers.items()}, repeats, FRAMES)
+    turns = take_turns({name: make() for name, make in makers.items()}, repeats)
     rows = []
     for name in makers:
         latency, processor = ([turn[figure] for turn in turns if turn['matcher'] == name]
@@ -112,7 +112,7 @@ def _memory_of(make):
     return (_kilobytes('VmHWM') - before) / 1000
 
 
-def take_turns(works, turns, frames):
+def take_turns(works, turns):
     """Call functions of a frame number in turns; return a dict of times for each call."""
     for work in works.values():
         work(0)
@@ -120,7 +120,7 @@ def take_turns(works, turns, frames):
     for turn in range(turns):
         for name, work in works.items():
             start, processor_start = time.perf_counter(), time.process_time()
-            stages = work(turn % frames) or {}
+            stages = work(turn % FRAMES) or {}
             processor = 1000 * (time.process_time() - processor_start)
             taken.append({'matcher': name, 'processor': processor,
                           'milliseconds': 1000 * (time.perf_counter() - start), **stages})

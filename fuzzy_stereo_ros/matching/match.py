@@ -50,8 +50,7 @@ class Match:
     disparity: float32 (R, C), pixels of the reference image, NaN = invalid.
     confidence: float32 (R, C), 0 to 1, from possibility; 0 where inconsistent or filled.
     history: a `Generation` for each that ran; times: milliseconds by stage, and `total`.
-    warm: whether the previous frame was used: its chromosomes, as a prior or as a parent, or in
-    the profile `fast` its pictures.
+    warm: whether the previous frame was used: its chromosomes, as a prior or as a parent.
     motion: how the camera moved, or why that is unknown; '' where no camera was given.
     reused: whether it is the result of an earlier frame of a static scene.
     beyond: share of the matches, 0 to 1, that were rejected since they lie beyond the range:

@@ -63,8 +63,8 @@ class StereoMatcher:
         stamp: int ns, of the pair; None counts pairs as consecutive.
         observe: called after each generation with its number and the genes (P, R, C), which count
         from min_disparity and are mirrored where the reference is the right image.
-        camera: the `Camera` of the left image, by which the profile `realtime` follows a camera
-        that moves; None where it is not known.
+        camera: the `Camera` of the left image, by which a camera that moves is followed; None
+        where it is not known.
         Raises ValueError, with a sentence that says why, for a pair that cannot be matched.
         """
         started = time.perf_counter_ns()

@@ -72,7 +72,7 @@ class Publications:
 
     def _publisher(self, kind, topic):
         return self._node.create_publisher(
-            kind, topic, qos_profile(self._settings['output_qos'], depth=1),
+            kind, topic, qos_profile(self._settings['output_qos']),
             event_callbacks=PublisherEventCallbacks(
                 matched=lambda event: self._on_subscribers(),
                 incompatible_qos=lambda event: self._node.get_logger().warning(

@@ -13,7 +13,6 @@ from fuzzy_stereo_ros.matching.config import Parameter, PROFILES, ROWS
 from fuzzy_stereo_ros.pairs.pair_reader import SCALES
 
 ROS_NAMES = {'disparities': 'disparity_range'}      # of fields with another name in MatcherConfig
-LONGEST_QUEUE = 1000000
 OUTPUTS = ('disparity', 'confidence', 'depth', 'depth_compressed', 'points2', 'preview',
            'preview_compressed')
 NODE_PARAMETERS = (
@@ -23,7 +22,7 @@ NODE_PARAMETERS = (
               choices=('raw', 'compressed'), read_only=True),
     Parameter('queue_size', 5,
               'messages of a topic that may wait for the other topics; at least 2 with '
-              'approximate_sync', 1, LONGEST_QUEUE, read_only=True),
+              'approximate_sync', 1, 1_000_000, read_only=True),
     Parameter('approximate_sync', False,
               'match messages with the nearest stamps, not only with equal ones; a pair then '
               'waits until the next message shows that it is the nearest', read_only=True),

@@ -21,7 +21,7 @@ FIRST, SECOND, MUTATED = range(3)       # the origin of a gene
 ORIGINS = {
     'paper': {FIRST: 'first parent', SECOND: 'second parent', MUTATED: 'mutation'},
     'realtime': {FIRST: 'kept', MUTATED: 'planes of plain regions'},
-    'quality': {FIRST: 'kept', MUTATED: 'planes of segments and tiles'},
+    'quality': {FIRST: 'kept', MUTATED: 'planes of segments'},
     'frames of realtime': {
         FIRST: 'previous best', SECOND: 'half-size map', MUTATED: 'mutated by one'},
     'frames': {FIRST: 'kept', MUTATED: 'new'}}

@@ -220,7 +220,7 @@ class Averaging:
             left = self.tiles[0]
             changes_alike(
                 tuple(view.luminance for view in views), history.pictures, labels, self._offset,
-                (shifts[0], left.differences, left.choices), self._alike, 0, len(self._alike))
+                (shifts[0], left.differences, left.choices), self._alike)
             reject_alike(self._alike, ALIKE, labels, self._offset, shifts[0], self._both.choices,
                          self._both.ages)
         chain.each(compare, self.parts(chain))

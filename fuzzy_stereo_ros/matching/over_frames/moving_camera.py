@@ -31,7 +31,6 @@ FOLLOWED, STOOD, FEW_CORNERS, UNCLEAR = (
     'followed', 'stands', 'too little texture', 'no motion explains the corners')
 HOLE = 5             # side of the median that closes holes between cells that moved
 IN_PLACE = 'in place'
-FARTHER = -10.0      # column or row of a pixel outside the image
 
 
 class CameraMotion(NamedTuple):
@@ -221,7 +220,7 @@ class MovingCamera:
         found = cv2.resize(cells, (2 * cells.shape[1], 2 * cells.shape[0]))
         rows, columns = self._shape
         return np.pad(found, ((0, rows - found.shape[0]), (0, columns - found.shape[1])),
-                      constant_values=FARTHER)
+                      constant_values=warp.OUTSIDE_IMAGE)
 
 
 def to_pixels(matrix):

@@ -20,7 +20,7 @@ class CameraState(NamedTuple):
     The data by which a moving camera is followed; empty arrays where no camera is known.
 
     half_grey: uint8 (r, c), left image at half size; cells: float32 (r, c), sub-pixel labels of
-    every other pixel of every other row; validity: uint8 (r, c), of these pixels, 0 = consistent
+    every other pixel of every other row; cell_validity: uint8 (r, c), of these, 0 = consistent
     """
 
     half_grey: np.ndarray

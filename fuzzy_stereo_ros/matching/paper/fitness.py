@@ -76,7 +76,7 @@ class _Fitness:
 
     def most_possible(self, genes):
         """Write the most possible disparity of each cell: uint16 (R + 2, W), framed."""
-        most_possible(self.planes, 0, self._rows, np.zeros(genes.shape[1], np.uint8), genes)
+        most_possible(self.planes, np.zeros(genes.shape[1], np.uint8), genes)
 
     def _framed(self, chromosome):
         framed = np.zeros(self.planes.shape[1:], np.uint16)

@@ -211,8 +211,7 @@ def measure(pool, costs, first, disparities, trust, maps, results):
         half = (costs[begin:begin + _TOGETHER] >> _HALF).astype(np.uint8)
         rows = slice(first + begin, first + begin + len(half))
         for surface, result in zip(maps, results):
-            surface_cost.gene_costs(half, disparities, surface[rows], trust[rows], result[rows],
-                                    0, len(half))
+            surface_cost.gene_costs(half, disparities, surface[rows], trust[rows], result[rows])
     pool.each(measure_rows, range(0, len(costs), _TOGETHER))
 
 

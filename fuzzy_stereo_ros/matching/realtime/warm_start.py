@@ -48,10 +48,10 @@ class RealtimeState(NamedTuple):
     """
     The part of the profile in a `FrameState`.
 
-    labels: uint8 or uint16 (R, C), the best chromosome; validity: uint8 (R, C), 0 = consistent;
-    census: uint32 (R, C), of the left image; survived: uint8 (R / 2, C / 2), how many frames each
-    label survived while the camera moved; both empty where no camera is known; still: searched
-    frames in a row in which nothing changed; since_search: frames since the last search;
+    labels: uint8 or uint16 (R, C), the chromosome that was selected; validity: uint8 (R, C), 0 =
+    consistent; census: uint32 (R, C), of the left image; survived: uint8 (R / 2, C / 2), how many
+    frames each label survived while the camera moved; both empty where no camera is known; still:
+    searched frames in a row in which nothing changed; since_search: frames since the last search;
     still_disparity, still_confidence: float32 (R, C), its result, empty until `still` is SETTLED
     """
 
@@ -254,7 +254,7 @@ class WarmStart:
 
     def keep(self, pool, labels, validity):
         """
-        Copy the best chromosome for the next frame, once its match is made.
+        Copy the chromosome that was selected for the next frame, once its match is made.
 
         labels: (R, C); validity: uint8 (R, C), of them
         """

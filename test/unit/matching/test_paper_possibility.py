@@ -79,7 +79,7 @@ def test_possibility_by_classes_its_planes_and_their_best_are_those_of_the_twin(
     fill_planes(volume, (255 - np.arange(256)).astype(np.uint8), 0, rows, planes)
     np.testing.assert_array_equal(inside(planes), 255 - volume.transpose(2, 0, 1))
     best, elsewhere = (np.full(planes.shape[1:], 9, kind) for kind in (np.uint16, np.uint8))
-    most_possible(planes, 0, rows, np.zeros(planes.shape[2], np.uint8), best)
+    most_possible(planes, np.zeros(planes.shape[2], np.uint8), best)
     np.testing.assert_array_equal(inside(best), volume.argmin(axis=2))
     fill_largest_elsewhere(planes, best, 1, 0, rows, elsewhere)
     apart = abs(np.arange(disparities)[:, None, None] - inside(best).astype(int))

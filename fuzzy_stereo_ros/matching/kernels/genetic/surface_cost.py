@@ -23,9 +23,9 @@ def cost_at(costs, row, column, disparity, disparities):
 
 
 @kernel
-def gene_costs(costs, disparities, surface, trust, result, first, last):
+def gene_costs(costs, disparities, surface, trust, result):
     """Write the costs of the matches of some rows of a map, times the trust in them."""
-    for row in range(first, last):
+    for row in range(len(costs)):
         for column in range(surface.shape[1]):
             result[row, column] = trust[row, column] * cost_at(
                 costs, row, column, surface[row, column], disparities)

@@ -155,9 +155,9 @@ def fill_planes(possibility, table, first, last, planes):
 
 
 @kernel
-def most_possible(planes, first, last, best, chromosome):
+def most_possible(planes, best, chromosome):
     """Write the most possible disparity of each cell; of equals the smallest; best: memory."""
-    for row in range(first + 1, last + 1):
+    for row in range(1, planes.shape[1] - 1):
         copy_row(planes[0, row], best)
         chromosome[row] = 0
         for index in range(1, planes.shape[0]):

@@ -193,7 +193,7 @@ def _may_be_texture(size, steepness):
 
 
 @kernel
-def changes_alike(views, before, labels, offset, compared, alike, first, last):
+def changes_alike(views, before, labels, offset, compared, alike):
     """
     Correlate how the points of tiles changed in both views; a row in BLOCK is read.
 
@@ -201,12 +201,12 @@ def changes_alike(views, before, labels, offset, compared, alike, first, last):
     views: luminance of the left and the mirrored right one; before: uint16 (2, R, C), of both;
     labels: (R, C), of the left picture before; offset: of disparities from labels, px; compared:
     shifts, differences and choices of the left view; alike: float32, by tile, -1 to 1, 0 where
-    less than LEAST_COMPARED pixels are compared; first, last: tile rows
+    less than LEAST_COMPARED pixels are compared
     """
     (left, right), (shifts, differences, choices) = views, compared
     rows, columns = labels.shape
     left_before, right_before = before[0], before[1]
-    for tile_row in range(first, last):
+    for tile_row in range(choices.shape[0]):
         for tile in range(choices.shape[1]):
             choice = choices[tile_row, tile]
             alike[tile_row, tile] = 0

@@ -18,6 +18,7 @@ UNSEEN = 12         # census distance to a place outside the image: that of unre
 FARTHEST = 0.3      # px of disparity; points with less are not moved
 WIDEST = 3.0        # cells that a moved cell covers at the most, in each direction
 NEW = -1            # origin of a cell that the previous frame did not show
+OUTSIDE_IMAGE = -10.0   # column or row of a pixel that it did not show
 BEHIND = 0.05       # least new distance of a point, as a share of its old one
 CENSUS_SIDE = 3     # cells of a side of the square in which distances of census are summed
 # largest sum of distances of a trusted moved label: less than by chance, 12 bits a cell
@@ -241,7 +242,7 @@ def look_back(labels, motion, shift, of_right, places, first, last):
     matrix, lowest = motion
     for row in range(first, last):
         for column in range(labels.shape[1]):
-            places[:, row, column] = -10.0
+            places[:, row, column] = OUTSIDE_IMAGE
             label = np.float64(labels[row, column])
             if label < 0:
                 continue
