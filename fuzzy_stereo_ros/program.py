@@ -30,6 +30,9 @@ def run_program(make_parser, argv=None):
     for name in ('stdout', 'stderr'):       # closed streams ignore what is written
         if getattr(sys, name) is None:
             setattr(sys, name, os.fdopen(os.open(os.devnull, os.O_WRONLY), 'w'))
+        stream = getattr(sys, name)
+        if getattr(stream, 'errors', None) == 'strict':     # names of files may have any bytes
+            stream.reconfigure(errors='backslashreplace')
     with _sigterm_as_sigint() as terminated:
         try:
             parser = make_parser()

@@ -20,6 +20,7 @@ FIRST_SPAN = 1_000_000_000      # ns, searched first by `newest`, as most topics
 PACKED = '.zst', '.zstd'        # of storages that were compressed as files
 BAGS = 'a .bag, .mcap or .db3 file, or a folder with metadata.yaml'
 LATEST = 1 << 63                # ns; storages hold earlier times only
+COMPRESSED = b'\x28\xb5\x2f\xfd'      # how zstd begins, and no message of ROS 2
 
 
 class DamagedBag(ValueError):
@@ -247,9 +248,12 @@ def _messages(file, topics, start, stop):
     if not wanted:
         return
     try:
+        from rosbags.rosbag2.reader import zstd     # of the standard library or of a package
         for connection, log_time, content in reader.messages(wanted, start=start, stop=stop):
             if file.recovered is not None:
                 content = file.recovered.content(content)
+            if reader.is2 and content[:4] == COMPRESSED:    # only metadata.yaml would tell
+                content = zstd.decompress(content)
             if not (isinstance(log_time, int) and 0 <= log_time < LATEST
                     and isinstance(content, bytes)):
                 raise ValueError('a message has no content or no time')

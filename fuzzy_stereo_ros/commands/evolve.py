@@ -59,15 +59,17 @@ def add_arguments(parser):
 def run(arguments, stream, progress_stream=None):
     """Match a pair or two folders, write the files, and print the figures."""
     config = matcher_config(arguments)
+    folders = [side for side in (arguments.left, arguments.right) if Path(side).is_dir()]
     outputs = checked_outputs(
         arguments, {'picture': partial(check_suffix, allowed=PANEL_SUFFIXES),
                     'video': partial(check_suffix, allowed=CODECS)},
-        [arguments.left, arguments.right, arguments.ground_truth, arguments.mask])
+        [arguments.left, arguments.right, arguments.ground_truth, arguments.mask,
+         *(file for folder in folders for file in Path(folder).iterdir())])
     if outputs and find_spec('matplotlib') is None:
         raise ValueError(f'--{next(iter(outputs))} needs matplotlib, which is not installed: '
                          'pip install matplotlib')
     pairs = None
-    if Path(arguments.left).is_dir():
+    if arguments.left in folders:
         pairs = [frames for _, *frames in Frames([arguments.left, arguments.right]).pairs()]
         config = replace(config, warm_start=True)
     left, right = read_pair(arguments.left, arguments.right) if pairs is None else (

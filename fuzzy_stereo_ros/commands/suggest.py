@@ -4,6 +4,7 @@
 from contextlib import ExitStack
 from dataclasses import replace
 from itertools import pairwise
+import json
 
 from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
 from fuzzy_stereo_ros.matching.plausibility import PlausibilityCheck
@@ -93,6 +94,9 @@ def run(arguments, stream):
         *_comment(f'{milliseconds:.1f} ms a pair on this computer'
                   + (f', recorded at {rate:.3g} pairs/s: {kept_up}' if rate else '')),
         '    profile: realtime', f'    scale: {chosen}',
+        *(f'    {row.name}: {json.dumps(options.settings[row.name])}'
+          for row in node_rows((*SYNCHRONISING, *READING))
+          if row.name != 'scale' and options.settings[row.name] != row.default),
         *_comment('for single images, where seconds do not matter: profile: quality')]
     stream.write('\n'.join(lines) + '\n')
 

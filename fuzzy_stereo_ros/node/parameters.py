@@ -108,7 +108,7 @@ class NodeParameters:
     def _add_presets(self, parameters):
         """Return parameters with the presets of a new profile that they do not set themselves."""
         given = {parameter.name: parameter.value for parameter in parameters}
-        if 'profile' not in given:
+        if given.get('profile', self._profile) == self._profile:
             return parameters
         try:
             presets = MatcherConfig.from_profile(given['profile'])

@@ -102,7 +102,10 @@ def _read(path, scale, usual, unit):
     if decode is not None:
         if scale is not None:
             raise ValueError(f'{path} holds values already; a scale is for images')
-        return decode(path, read_bytes(path)).astype(np.float32)
+        values = decode(path, read_bytes(path)).astype(np.float32)
+        if not values.size:
+            raise ValueError(f'{path} holds no pixels')
+        return values
     levels = read_image(path)
     if levels.ndim == 3:
         if (levels != levels[:, :, :1]).any():

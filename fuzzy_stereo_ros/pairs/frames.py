@@ -26,6 +26,7 @@ from fuzzy_stereo_ros.pairs.synchroniser import Synchroniser
 
 SECOND = 1_000_000_000
 USUAL_RATE = 10.0           # frames per second, where neither names nor options say it
+LOWEST_RATE, HIGHEST_RATE = 1e-3, 1e5
 # Words for cameras, and such with a number; those of the left one come first in the alphabet.
 CAMERAS = tuple(map(re.compile, (
     '(?i:left|right)|(?<![A-Z])[LR](?![A-Za-z])|(?<![A-Za-z])[lr](?![A-Za-z])',
@@ -85,8 +86,9 @@ class Frames:
         rate: frames per second, which replaces the stamps of names and videos.
         Raises ValueError if there are none, or their names do not tell which belong together.
         """
-        if rate is not None and not rate > 0:
-            raise ValueError(f'--rate is {rate:g}; allowed are numbers above 0')
+        if rate is not None and not LOWEST_RATE <= rate <= HIGHEST_RATE:
+            raise ValueError(
+                f'--rate is {rate:g}; allowed are {LOWEST_RATE:g} to {HIGHEST_RATE:g}')
         self.paths, files = zip(*_sides_of(paths))
         self.name = ' and '.join(map(str, self.paths))
         self._stamped = None    # [(stamp, file)] of each side; None of videos

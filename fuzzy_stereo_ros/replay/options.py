@@ -51,9 +51,8 @@ class ReplayOptions:
         if self.video is not None and self.resume:
             raise ValueError(f'--resume cannot continue {self.video}; leave out --video, or start '
                              'over with --overwrite')
-        if self.video is not None and Path(self.video).exists() and not self.overwrite:
-            raise ValueError(f'--video is {self.video}, which exists; give another file, or '
-                             '--overwrite')
+        if self.video is not None and Path(self.video).exists():
+            self._check_replaced(Path(self.video).resolve())
         if self.duration is not None and not (math.isfinite(self.duration) and self.duration > 0):
             raise ValueError(f'--duration is {self.duration:g}; allowed are numbers above 0')
         for name in ('every', 'workers'):
@@ -98,6 +97,15 @@ class ReplayOptions:
     def scaled_config(self):
         """The MatcherConfig of the images at the scale at which they are matched."""
         return self.config.at_scale(self.settings['scale'])
+
+    def _check_replaced(self, video):
+        for bag in map(Path, self.bags):
+            if bag.resolve() in (video, *video.parents):
+                raise ValueError(f'--video is {self.video}, which is of the input {bag}; give '
+                                 'another file')
+        if not self.overwrite:
+            raise ValueError(f'--video is {self.video}, which exists; give another file, or '
+                             '--overwrite')
 
     def _check_outputs(self):
         if not self.can_be_resumed:

@@ -81,7 +81,7 @@ class ReplaySource:
             raise ValueError(f'--start is {options.start:g}; {bags.names} is {length:.3f} s long')
         first = bags.begin + round((options.start or 0.0) * SECOND)
         self.start = None if options.start is None else first
-        self.stop = (None if options.duration is None else
+        self.stop = (None if options.duration is None or options.duration > length else
                      first + round(options.duration * SECOND))
         self._read = PairReader(*(settings[name] for name in READING)).read
         queued, self._held = self.topics, ()

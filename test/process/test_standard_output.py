@@ -29,11 +29,12 @@ def run(request, tmp_path):
     """Return a function that runs `fuzzy-stereo` in a folder with a.npy; its stderr is a text."""
     write_disparity(tmp_path / 'a.npy', np.ones((2, 4)))
 
-    def process(*words, **options):
+    def process(*words, variables=None, **options):
         return subprocess.run(
             [sys.executable, '-m', 'fuzzy_stereo_ros.commands.command_line', *words], cwd=tmp_path,
-            stderr=subprocess.PIPE, text=True, **options,
-            env={**os.environ, 'PYTHONPATH': str(ROOT), 'PYTHONUNBUFFERED': request.param})
+            stderr=subprocess.PIPE, text=True, **options, env={
+                **os.environ, 'PYTHONPATH': str(ROOT), 'PYTHONUNBUFFERED': request.param,
+                **(variables or {})})
 
     return process
 
@@ -63,6 +64,16 @@ def test_a_disk_that_is_full_for_what_is_printed_is_a_failure_in_one_sentence(ru
     assert ended.stderr in (
         'fuzzy-stereo: standard output cannot be written: No space left on device\n',
         'fuzzy-stereo: No space left on device\n')
+
+
+@pytest.mark.parametrize('name', [b'\xe9t\xe9.pfm', 'éξ.pfm'.encode()])
+@pytest.mark.parametrize('encoding', ['utf-8:strict', 'ascii:strict', 'latin-1'])
+def test_a_name_that_the_terminal_cannot_show_is_written_and_shown_escaped(
+        run, tmp_path, name, encoding):
+    ended = run(b'convert', b'a.npy', name, stdout=subprocess.DEVNULL,
+                variables={'PYTHONIOENCODING': encoding})
+    assert (ended.returncode, ended.stderr) == (0, '')
+    assert os.fsencode(tmp_path / os.fsdecode(name)) in map(os.fsencode, tmp_path.iterdir())
 
 
 @pytest.mark.parametrize('closed', [(1,), (2,), (1, 2)])

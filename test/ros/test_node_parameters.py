@@ -41,6 +41,13 @@ def test_a_profile_presets_what_is_not_set_along_with_it(bench):
     assert bench.match(*PAIR).delta_d == 1 / 16
 
 
+def test_the_profile_that_is_set_already_changes_no_parameter_as_a_file_that_is_loaded_has_it(
+        bench):
+    assert bench.change(population=5, profile='paper') == (True, '')
+    assert bench.change(profile='paper', confidence_threshold=0.5) == (True, '')
+    assert bench.parameters('population', 'confidence_threshold') == [5, 0.5]
+
+
 def test_a_parameter_of_the_peer_s_that_is_set_later_is_said_to_be_ignored(bench):
     mark = bench.node.mark()
     assert bench.set_parameters(uniqueness_ratio=5.0, P1=300.0) == (True, '')

@@ -39,10 +39,10 @@ def write_late(bag, number, log_time):
         bag.write(LATE, bag.make('std_msgs/msg/Int32', data=number), log_time)
 
 
-def compressing(monkeypatch):
-    """Have chunks compressed in the bags that are written."""
+def compressing(monkeypatch, what=CompressionMode.STORAGE):
+    """Have chunks compressed in the bags that are written, or of ROS 2 what else is said."""
     for writer, mode in ((Writer1, (Writer1.CompressionFormat.LZ4,)), (
-            Writer2, (CompressionMode.STORAGE, CompressionFormat.ZSTD))):
+            Writer2, (what, CompressionFormat.ZSTD))):
         def open_compressed(self, of=writer.open, mode=mode):
             self.set_compression(*mode)
             of(self)
@@ -230,6 +230,19 @@ def test_a_folder_as_a_power_failure_leaves_it_is_read(tmp_path, form, suffix):
             f'{folder}/recorded_1{suffix} was cut off',
             f'{folder}/recorded_2{suffix} cannot be read as a bag']
     assert 75 <= len(read) <= 91 and read == sorted(read)
+
+
+@pytest.mark.parametrize('form', ['sqlite3', 'mcap'])
+def test_messages_that_were_compressed_one_by_one_are_read_without_the_description(
+        tmp_path, monkeypatch, form):
+    compressing(monkeypatch, CompressionMode.MESSAGE)
+    bag = write_bag(tmp_path / 'recorded', form, made())
+    whole, file = messages(bag), file_of(bag)
+    (bag / 'metadata.yaml').unlink()
+    assert messages(bag) == whole
+    file.write_bytes(file.read_bytes()[:file.stat().st_size // 2])
+    read = messages(bag)
+    assert CHUNK < len(read) < len(whole) and read == whole[:len(read)]
 
 
 @pytest.mark.parametrize('zeros', [6, 14, 22, 30, 60])

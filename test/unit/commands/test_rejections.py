@@ -47,6 +47,8 @@ SENTENCES = [
     ('suggest left.png right.png --unit mm', '--unit is that of the lengths in --calibration'),
     # ---- evolve ----
     (EVOLVE + '16 --picture there.png', '--picture is there.png, which exists; give --overwrite'),
+    ('evolve frames/left frames/right --picture frames/left/left_0.png --overwrite',
+     'frames/left/left_0.png, which is also an input'),
     (EVOLVE + '16 --picture out.jpg', 'allowed are .png, .pdf, .svg'),
     (EVOLVE + '81 --video a.mp4 --picture a.png', '81 disparities are more than the 80 columns'),
     # ---- benchmark, synthesise ----
@@ -118,6 +120,10 @@ SENTENCES = [
     ('replay bag --output out --files png --min-disparity 250', '--files png holds 0 to 255 px'),
     ('replay bag --output out --video before.avi', '--video is before.avi, which exists; give '
      'another file, or --overwrite'),
+    ('replay film.mp4 --format none --video film.mp4 --overwrite', '--video is film.mp4, which is '
+     'of the input film.mp4; give another file'),
+    ('replay frames --output out --video frames/left/left_0.png --overwrite', '--video '
+     'is frames/left/left_0.png, which is of the input frames; give another file'),
     ('replay bag --output out --video before.avi --resume', '--resume cannot continue before.avi; '
      'leave out --video, or start over with --overwrite'),
     ('replay bag --output out --format none --video a.avi --resume', '--resume continues a bag or '
@@ -134,7 +140,9 @@ SENTENCES = [
     ('replay film.mp4 frames/left --output out', 'one is a video, the other is not'),
     ('replay frames/left no*.png --output out', 'no*.png has no images (.png, '),
     ('replay frames --output out --keep', '--keep names topics of a bag'),
-    ('replay frames --output out --rate 0', '--rate is 0; allowed are numbers above 0'),
+    ('replay frames --output out --rate 0', '--rate is 0; allowed are 0.001 to 100000'),
+    ('replay frames --output out --rate 1e-300', '--rate is 1e-300; allowed are 0.001 to'),
+    ('replay frames --output out --rate inf', '--rate is inf; allowed are 0.001 to 100000'),
     ('replay bag --output out --workers 2 --scheduler tcp://127.0.0.1:1', '--workers starts '
      'workers, --scheduler uses those of a cluster: give one of them'),
     # ---- python -m bench ----

@@ -42,6 +42,15 @@ def test_suggested_parameters_are_a_file_for_the_node_whose_range_holds_the_trut
     assert 'noise' not in text
 
 
+def test_suggested_parameters_have_the_options_by_which_the_pairs_were_made(folder, capsys):
+    text = printed(capsys, 'suggest', 'made', '--crop', '--approximate', '--tolerance', '0.01',
+                   '--queue-size', 7)
+    found = yaml.safe_load(text)['/**']['ros__parameters']
+    assert {'crop': True, 'approximate_sync': True, 'queue_size': 7,
+            'approximate_sync_tolerance_seconds': 0.01}.items() <= found.items()
+    assert 'rectify' not in found
+
+
 @pytest.mark.parametrize('bits', ['8', '12'])
 def test_noise_is_told_where_texture_does_not_hide_it(folder, capsys, bits):
     printed(capsys, *MAKE, 'noisy', '--noise', 4, '--contrast', 0.1, '--bits', bits)

@@ -90,10 +90,13 @@ def test_what_is_no_map_is_rejected_with_a_sentence(tmp_path):
     cv2.imwrite(str(tmp_path / 'colour.png'), np.eye(3, dtype=np.uint8)[None])
     cv2.imwrite(str(tmp_path / 'grey.png'), np.eye(3, dtype=np.uint8))
     np.save(tmp_path / 'cube.npy', np.zeros((2, 2, 2)))
+    np.save(tmp_path / 'empty.npy', np.zeros((0, 5)))
+    (tmp_path / 'empty.pfm').write_bytes(b'Pf\n0 0\n-1.0\n')
     for name, scale, words in (
             ('colour.png', 16, 'colour image'), ('grey.png', 0, 'scale is 0; allowed are number'),
             ('cube.npy', None, r'holds float64 of shape \(2, 2, 2\)'),
-            ('cube.npy', 4, 'a scale is for images')):
+            ('cube.npy', 4, 'a scale is for images'), ('empty.npy', None, 'holds no pixels'),
+            ('empty.pfm', None, 'holds no pixels')):
         with pytest.raises(ValueError, match=words):
             read_disparity(tmp_path / name, scale=scale)
 

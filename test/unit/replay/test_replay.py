@@ -158,6 +158,9 @@ def test_a_part_of_the_bag_and_some_of_its_pairs_can_be_chosen(folder, capsys):
     assert replay('bag', options=['--start', 2 * second, '--duration', 7 * second,
                                   '--every', 3]) == 0
     assert_matched(folder / 'out', scene(10), slice(2, 9, 3))
+    for number, duration in enumerate((1e10, 1e308)):       # beyond the end
+        assert replay('bag', output=number, options=['--duration', duration, '--every', 5]) == 0
+        assert_matched(folder / f'{number}', scene(10), slice(0, 10, 5))
 
 
 def test_files_are_named_by_stamp_with_the_last_calibration(folder, capsys):
