@@ -100,6 +100,7 @@ class Cut:
         self._trees = Trees(*(zeros(places, kind) for kind in (
             np.int8, np.int8, np.int32, np.int32)))
         self._trees.tree[:] = OUTSIDE
+        self._places = np.zeros(0, int)     # that the last call used
         self.regions = PartitionCrossover(rows, columns)
 
     def __call__(self, exchange, random=None):
@@ -110,8 +111,10 @@ class Cut:
         row, column = np.divmod(exchange.cells, self._columns)
         places = (row + 1) * (self._columns + 1) + column + 1
         network, tree = (self._offsets, self._capacity, self._supply), self._trees.tree
+        # At the begin: an interrupt may have ended the last call anywhere.
+        self._capacity[self._places], tree[self._places] = 0, OUTSIDE
+        self._places = places
         load(exchange.alone, exchange.pairs, places, network, tree)
         maximum_flow(places, network, tuple(self._trees))
         exchange.taken[:] = tree[places] == SOURCE
-        self._capacity[places], tree[places] = 0, OUTSIDE
         return self.regions.keep_gains(exchange)

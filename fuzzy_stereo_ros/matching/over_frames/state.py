@@ -109,8 +109,11 @@ class FrameState(NamedTuple):
                   'colours': (np.uint16, (len(self.colours), *shape) if np.size(self.colours)
                               else (0, 0, 0)),
                   **self.camera.layout(shape, labels), **self.own.layout(shape, labels)}
-        for name, array in self.arrays().items():
+        arrays = self.arrays()
+        for name, array in arrays.items():
             check_array(f'{name} of the state', array, *layout[name])
+        if 'census' in arrays and bool(self.own.census.size) != bool(self.camera.half_grey.size):
+            raise ValueError('the state has a camera or a census; needed are both or none')
         if not (self.ages >= 1).all():
             raise ValueError('the state has ages out of range')
         if not np.isfinite(self.drifts).all() or (self.drifts[:, 1] < 0).any():

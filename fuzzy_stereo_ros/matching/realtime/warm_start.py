@@ -163,7 +163,6 @@ class WarmStart:
         if self._moving.motion is not None:
             labels = self._moved_labels(
                 pool, state, half, self._prior.labels if labels is None else labels)
-        self._weighted = labels is not None
         return None if labels is None else self._prior._replace(labels=labels)
 
     def _moved_labels(self, pool, state, half, known):
@@ -187,6 +186,7 @@ class WarmStart:
                                self._moved_weights, *band[1:])
             warp.moved_prior((moving.moved, self._moved_weights), highest, known, self._weights,
                              moved, *band[1:])
+        self._weighted = True       # first: an interrupt may come
         pool.each(write_band, moving.bands)
         return moved
 
@@ -233,12 +233,14 @@ class WarmStart:
                 self._half_labels, FLAT, self._smooth, *widened(half_band, 0, rows))
             motion.previous_prior(
                 self._trusted, self._smooth, WEIGHTS[self._strengths], self._weights, *band[1:])
+        self._weighted = True       # first: an interrupt may come
         pool.each(weigh, bands)
         return labels
 
     def _clear_weights(self):
         if self._weighted:
-            self._weights[:], self._weighted = 0, False
+            self._weights[:] = 0
+            self._weighted = False
 
     def reused_state(self, state, config):
         """

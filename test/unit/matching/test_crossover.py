@@ -1,6 +1,9 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Crossover by a line, by regions and by a minimum cut, over exchanges made up."""
+from contextlib import suppress
+
+from fuzzy_stereo_ros.matching import crossover
 from fuzzy_stereo_ros.matching.crossover import Cut, Exchange, LARGEST_CHANGE, PartitionCrossover
 from hypothesis import given, settings, strategies as st
 import networkx
@@ -89,6 +92,23 @@ def test_a_cut_costs_what_another_maximum_flow_says_and_takes_the_fewest_cells(e
     exchange.pairs[~there] = -9
     for _ in range(2):
         np.testing.assert_array_equal(crossed(used, exchange), expected)
+
+
+@settings(max_examples=40)
+@given(exchanges(most=12), st.integers(0, 999), st.sampled_from(['load', 'maximum_flow']))
+def test_a_cut_that_was_interrupted_leaves_nothing_for_the_next_one(exchange, seed, where):
+    whole = getattr(crossover, where)
+
+    def interrupted(*arguments):
+        whole(*arguments)
+        raise KeyboardInterrupt
+
+    used = Cut(*exchange.shape, exchange.neighbours)
+    with pytest.MonkeyPatch.context() as patch, suppress(KeyboardInterrupt):
+        patch.setattr(crossover, where, interrupted)
+        used(exchange)
+    other = exchange_of(exchange.shape, exchange.neighbours, seed, 0.8)
+    np.testing.assert_array_equal(crossed(used, other), cut(other))
 
 
 @settings(max_examples=100)

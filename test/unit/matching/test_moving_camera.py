@@ -4,6 +4,7 @@
 from dataclasses import replace
 from functools import cache
 
+import cv2
 from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
 from fuzzy_stereo_ros.matching.kernels.temporal import warp
 from fuzzy_stereo_ros.matching.kernels.temporal.change_detection import TILE
@@ -13,7 +14,7 @@ from fuzzy_stereo_ros.matching.over_frames import moving_camera
 from fuzzy_stereo_ros.synthetic.scenes import BASELINE, FOCAL, make_sequence
 from fuzzy_stereo_ros.synthetic.street import pose, rig_of
 from hypothesis import given, settings, strategies as st
-from made_scenes import noisy, wrong
+from made_scenes import bits, noisy, wrong
 import numpy as np
 import pytest
 import reference_warp as twins
@@ -211,3 +212,23 @@ def test_tiles_are_as_old_as_those_that_were_there_and_new_where_none_was(down, 
             expected[tile] = ages[row, column]
     assert np.array_equal(moving_camera._ages_at(
         ages, columns + np.float32(right), rows + np.float32(down)), expected)
+
+
+def test_a_frame_that_is_interrupted_changes_nothing_of_the_next_one(monkeypatch):
+    """Half of the picture is in place while the camera moves, so that all priors are written."""
+    def interrupted(*arguments, **named):
+        raise KeyboardInterrupt
+
+    camera = CAMERA._replace(moved=(np.eye(3), np.array((0.0, 0.0, -0.3))))
+    (first, second), half = (frames[0] for frames in (drive(), another_drive())), ROWS // 2
+    random = np.random.default_rng(0)
+    made, again = matcher(align_rows=False), matcher(align_rows=False)
+    made.match(*noisy(first[:2], 2.0, random), camera=camera)
+    mixed = [np.vstack([one[:half], other[half:]]) for one, other in zip(first[:2], second[:2])]
+    with monkeypatch.context() as patch, pytest.raises(KeyboardInterrupt):
+        patch.setattr(cv2, 'boxFilter', interrupted)
+        made.match(*noisy(mixed, 2.0, random), camera=camera)
+    again.restore(made.state, made.rows)
+    one, other = (bits(each.match(second.left, second.right, camera=camera))
+                  for each in (made, again))
+    assert one == other

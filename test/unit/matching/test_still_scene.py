@@ -7,6 +7,7 @@ from itertools import product
 
 from bench.draws import with_noise
 from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
+from fuzzy_stereo_ros.matching.out_of_range import EXTRA_LABELS
 from fuzzy_stereo_ros.matching.realtime.still_scene import SETTLED
 from fuzzy_stereo_ros.synthetic.scenes import make_pair
 from made_scenes import matched, wrong
@@ -80,6 +81,14 @@ def test_whatever_changes_is_searched_at_once_but_for_what_fits_in_a_tile_and_sh
     matcher = StereoMatcher(replace(CONFIG, **settings))
     matcher.restore(settled())
     assert [matcher.match(*pair).reused for pair in frames(len(kept), 1, change())] == kept
+
+
+@pytest.mark.parametrize('interval', [1, 2])
+def test_the_state_of_a_scene_at_rest_is_sound_also_where_each_frame_is_searched(interval):
+    matcher = StereoMatcher(replace(CONFIG, still_interval=interval))
+    for pair in frames(SETTLED + 3):
+        matcher.match(*pair)
+        matcher.state.check(CONFIG.disparities + EXTRA_LABELS)
 
 
 def test_a_scene_comes_to_rest_again_after_an_object_has_appeared():
