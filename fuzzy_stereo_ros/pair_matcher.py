@@ -11,7 +11,7 @@ from fuzzy_stereo_ros.matching.compiling import on_all_cores
 from fuzzy_stereo_ros.matching.match import Camera, Match
 from fuzzy_stereo_ros.matching.over_frames.state import FrameState
 from fuzzy_stereo_ros.matching.row_alignment import Rows
-from fuzzy_stereo_ros.pairs.stereo_pair import StereoPair
+from fuzzy_stereo_ros.pairs.stereo_pair import StereoPair, takes_part
 from fuzzy_stereo_ros.program import give_back_memory
 import numpy as np
 
@@ -123,15 +123,10 @@ def camera_of(pair):
     return Camera(*calibration.left, calibration.offset) if calibration.focal else None
 
 
-def without_missing(match, missing):
-    """Return a Match that is invalid where a left pixel or its right partner is missing."""
+def without_missing(match, missing, reference='left'):
+    """Return a Match that is invalid where a pixel or its partner in the other view is missing."""
     if missing is None:
         return match
-    left, right = missing
-    columns = np.arange(left.shape[1])
-    matched = np.isfinite(match.disparity) & (match.confidence > 0)     # not filled
-    partners = columns - np.rint(np.where(matched, match.disparity, 0)).astype(np.intp)
-    partner_missing = np.take_along_axis(right, np.clip(partners, 0, columns[-1]), axis=1)
-    invalid = left | (matched & partner_missing)
+    invalid = takes_part(match.disparity, match.confidence > 0, missing, reference)   # not filled
     return replace(match, disparity=np.where(invalid, np.float32(np.nan), match.disparity),
                    confidence=np.where(invalid, np.float32(0), match.confidence))

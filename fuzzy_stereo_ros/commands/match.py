@@ -143,7 +143,7 @@ def run(arguments, stream):
     start = time.perf_counter()
     match = matcher.match(left, right, camera=camera_of(pair), **known)
     milliseconds = 1000 * (time.perf_counter() - start)
-    match = without_missing(match, pair.missing)
+    match = without_missing(match, pair.missing, config.reference)
     finding = PlausibilityCheck().add(
         left, right, match, config,
         pair.calibration.offset if automatic or pair.calibration.focal else None)

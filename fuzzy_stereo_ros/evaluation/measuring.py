@@ -16,7 +16,7 @@ from fuzzy_stereo_ros.evaluation.ground_truth import (
 from fuzzy_stereo_ros.evaluation.matchers import Task
 from fuzzy_stereo_ros.evaluation.scores import flicker, mean, score, THRESHOLDS
 from fuzzy_stereo_ros.matching.search_range import PAIRS, search_range
-from fuzzy_stereo_ros.pairs.stereo_pair import width_by_height
+from fuzzy_stereo_ros.pairs.stereo_pair import takes_part, width_by_height
 import numpy as np
 
 TRUTHS_LARGEST, SEEN = "the truth's largest, rounded up", 'the first pairs'
@@ -114,6 +114,9 @@ def _match_frames(frames, matcher, start, task, mirrored):
                 np.ascontiguousarray(image[:, ::-1]) for image in (pair.right, pair.left)), None))
         except ValueError as error:
             raise ValueError(f'{name}, {matcher.name}: {error}') from None
+        if getattr(pair, 'missing', None) is not None:
+            unseen = takes_part(maps.raw, True, pair.missing)
+            maps = maps._replace(raw=np.where(unseen, np.float32(np.nan), maps.raw))
         for mask, where in getattr(pair, 'masks', {}).items():
             for kind, disparity in zip(MAPS, maps):
                 figures.setdefault((mask, kind), []).append(
@@ -144,7 +147,7 @@ def _match_frames(frames, matcher, start, task, mirrored):
             records.append({**shared, 'mask': mask, 'map': kind,
                             **mean_figures(figures.get((mask, kind), []))})
             if flickers:
-                records[-1]['flicker'] = float(np.mean(flickers, axis=0)[place])
+                records[-1]['flicker'] = mean(one[place] for one in flickers)
     return records, pair, last
 
 
@@ -173,7 +176,7 @@ def mean_figures(several):
     if not several:
         return {}
     return {'pixels': sum(int(one['pixels']) for one in several),
-            **{name: float(np.mean([one[name] for one in several])) for name in FIGURES}}
+            **{name: mean(one[name] for one in several) for name in FIGURES}}
 
 
 def mean_records(results, matchers):

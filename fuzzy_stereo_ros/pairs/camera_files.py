@@ -106,7 +106,8 @@ def write_middlebury_calibration(path, calibration, shape, min_disparity, dispar
              for name, centre in centres.items()]
     rows, columns = shape
     lines += [f'doffs={0.0 - calibration.offset!r}', f'baseline={1000 * calibration.baseline!r}',
-              f'width={columns}', f'height={rows}', f'ndisp={min_disparity + disparities}',
+              f'width={columns}', f'height={rows}',
+              f'ndisp={max(min_disparity + disparities, 1)}',
               'isint=0', f'vmin={min_disparity}', f'vmax={min_disparity + disparities - 1}',
               'dyavg=0', 'dymax=0']
     write_whole(path, ('\n'.join(lines) + '\n').encode())

@@ -17,7 +17,7 @@ import numpy as np
 SCALES = (1.0, 0.5, 0.25)
 SIZE_SHARE = 0.01       # by which ratios of sizes differ if only rounding made them
 ROTATION_TOLERANCE = 0.01   # of each element of R times its transpose
-RADIUS_STEPS = 1000         # samples in the search for the radius where a distortion folds back
+RADIUS_STEPS = 10_000       # samples in the search for the radius where a distortion folds back
 OFF_IMAGE = -2.0            # px; a position outside every image, for remap
 FRACTIONS = 32              # of a pixel, to which remap rounds positions
 
@@ -240,7 +240,8 @@ def _unseen(model, distortion, projection, rows, columns):
     if distortion is None or behind.all():
         return behind
     radius = np.hypot(x, y) / np.where(behind, np.inf, z)
-    samples = np.linspace(0, radius.max(), RADIUS_STEPS)
+    # in equal steps of the angle, as rays at a right angle to the axis have an infinite radius
+    samples = np.tan(np.linspace(0, np.arctan(radius.max()), RADIUS_STEPS))
     folds = np.diff(_distorted(model, distortion, samples)) <= 0
     return behind | (radius > samples[folds.argmax()]) if folds.any() else behind
 

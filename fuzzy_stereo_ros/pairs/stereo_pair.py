@@ -126,3 +126,17 @@ class StereoPair:
     stamp: int                      # ns
     frame_id: str = ''              # of the left camera
     missing: tuple | None = None    # bool (R, C) of both: the pixel lies outside the raw image
+
+
+def takes_part(disparity, matched, missing, reference='left'):
+    """
+    Return where missing pixels take part: bool (R, C), of a map of the reference image.
+
+    disparity: float32 (R, C), px; matched: bool (R, C), where it is of a match, not filled;
+    missing: as in a StereoPair
+    """
+    (own, other), sign = (missing, -1) if reference == 'left' else (missing[::-1], 1)
+    columns, matched = np.arange(own.shape[1]), matched & np.isfinite(disparity)
+    partners = columns + sign * np.rint(np.where(matched, disparity, 0)).astype(np.intp)
+    return own | (matched & np.take_along_axis(
+        other, np.clip(partners, 0, columns[-1]), axis=1))

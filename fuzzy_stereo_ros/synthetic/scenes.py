@@ -23,8 +23,7 @@ STEEPEST = 0.2      # largest change of disparity per pixel in x; at 1 the right
 THIN = 0.5, 1.5     # smallest and largest half width of a thin pole, px
 FOCAL = 0.9         # focal length in widths of the image
 BASELINE = 0.12     # m
-CAMERA = 'rate', 'offset'       # parameters that are no options of make_sequence
-NOT_IN_STREET = 'min_disparity', 'poles'     # options that need a scene of planes
+NOT_IN_STREET = 'min_disparity', 'poles', 'offset'   # options that need a scene of planes
 SCENE_PARAMETERS = {row.name: row for row in (
     Parameter('columns', 640, 'width of the images', 1, 4096, 'px'),
     Parameter('rows', 480, 'height of the images', 1, 4096, 'px'),
@@ -58,7 +57,7 @@ SCENE_PARAMETERS = {row.name: row for row in (
 GIVEN = 'rows', 'columns', 'disparities', 'frames', 'seed'
 # Of make_sequence, where nothing moves by itself and there is no noise.
 USUAL = {name: row.default for name, row in SCENE_PARAMETERS.items()
-         if name not in (*GIVEN, *CAMERA)} | {'pan': 0.0, 'noise': 0.0}
+         if name not in (*GIVEN, 'rate')} | {'pan': 0.0, 'noise': 0.0}
 SceneOptions = namedtuple('SceneOptions', (*GIVEN, *USUAL), defaults=USUAL.values())
 
 
@@ -124,7 +123,7 @@ def _pair(view, x, y, frame, options):
 
 def scene_pairs(values):
     """Return an iterator over each `ScenePair`; ValueError if the scene is not allowed."""
-    return make_sequence(**{name: value for name, value in values.items() if name not in CAMERA})
+    return make_sequence(**{name: value for name, value in values.items() if name != 'rate'})
 
 
 def scene_calibration(values):

@@ -8,12 +8,15 @@ from unittest.mock import Mock
 from bench.conditions import misaligned
 import cv2
 from fuzzy_stereo_ros import pair_matcher
-from fuzzy_stereo_ros.matching import MatcherConfig
+from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
+from fuzzy_stereo_ros.matching.match import mirrored
 from fuzzy_stereo_ros.matching.realtime.refinement import Refinement
-from fuzzy_stereo_ros.pair_matcher import FAILED, PairMatcher, PREPARING, READY
+from fuzzy_stereo_ros.pair_matcher import (
+    FAILED, PairMatcher, PREPARING, READY, without_missing)
 from fuzzy_stereo_ros.pairs.camera_files import centred_calibration
 from fuzzy_stereo_ros.pairs.stereo_pair import StereoPair
 from fuzzy_stereo_ros.synthetic.scenes import make_sequence
+from hypothesis import given, settings, strategies as st
 from made_scenes import bits, shifted_pair
 import numpy as np
 import pytest
@@ -170,6 +173,21 @@ def test_what_a_missing_pixel_takes_part_in_is_invalid_but_not_what_is_filled():
         np.testing.assert_array_equal(found.disparity[~invalid], plain.disparity[~invalid])
         np.testing.assert_array_equal(matcher.last.match.disparity, plain.disparity)
         assert matcher.close()
+
+
+@settings(max_examples=20)
+@given(st.integers(0, 99))
+def test_what_is_missing_is_invalid_in_the_map_of_the_right_image_as_in_its_mirror_image(seed):
+    left, right = shifted_pair(3, 40, 60)
+    missing = np.random.default_rng(seed).random((2, 40, 60)) < 0.1
+    of_right, of_mirrored = (
+        without_missing(StereoMatcher(disparities=8, reference=reference).match(*pair), masks,
+                        reference)
+        for reference, pair, masks in (
+            ('right', (left, right), tuple(missing)),
+            ('left', (mirrored(right), mirrored(left)), tuple(missing[::-1, :, ::-1]))))
+    for found, expected in zip(bits(of_right), (of_mirrored.disparity, of_mirrored.confidence)):
+        assert found == mirrored(expected).tobytes()
 
 
 def test_after_an_internal_error_the_next_pair_is_matched_as_by_a_new_matcher(monkeypatch):

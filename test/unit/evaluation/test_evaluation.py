@@ -2,7 +2,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """Figures of a map are what a person counts by hand."""
 import math
+from types import SimpleNamespace
 
+from fuzzy_stereo_ros.evaluation.matchers import Maps, Task
+from fuzzy_stereo_ros.evaluation.measuring import (
+    _match_frames, FIGURES, figures_of, mean_figures)
 from fuzzy_stereo_ros.evaluation.scores import error_map, flicker, score
 from hypothesis import given, strategies as st
 from hypothesis.extra import numpy as arrays
@@ -22,6 +26,27 @@ def test_maps_that_cannot_be_compared_are_rejected():
         flicker(FOUND, FOUND[:1])
     with pytest.raises(ValueError, match='nothing is left'):
         flicker(FOUND, FOUND, (2, 0))
+
+
+def test_a_frame_in_which_no_pixel_counts_changes_no_mean():
+    good, nothing = (figures_of(score(FOUND, truth)) for truth in (FOUND + 2, NAN * FOUND))
+    means = mean_figures([good, nothing, good])
+    assert means.pop('pixels') == 20 and set(means) == set(FIGURES)
+    assert means == {name: good[name] for name in FIGURES}
+
+
+@pytest.mark.parametrize('missing, covered', [(None, 100), ((2, 0), 60), ((0, 2), 40)])
+def test_what_lies_outside_the_raw_images_is_not_covered(missing, covered):
+    """Pixels match the ones to their left, of which the first is cut off at the border."""
+    def begin(task, start):
+        return lambda name, pair: Maps(FOUND.copy(), FOUND.copy(), 1.0)
+
+    sides = missing and tuple(np.arange(5) < number for number in missing)
+    pair = SimpleNamespace(left=FOUND, right=FOUND, missing=sides and tuple(
+        np.broadcast_to(side, FOUND.shape) for side in sides))
+    record, *_ = _match_frames([('a', pair)], SimpleNamespace(name='one', begin=begin), '', Task(
+        'own', 2, FOUND.shape, 1), False)[0]
+    assert record['covered'] == covered
 
 
 def share(flags):

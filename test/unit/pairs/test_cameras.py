@@ -334,7 +334,9 @@ def test_a_rig_comes_back_from_yaml_and_from_calib_txt(tmp_path, known):
     for side, camera in rectified_cameras(known, 48, 64).items():
         write_camera(tmp_path / f'{side}.yaml', camera, side)
     paths = [tmp_path / 'left.yaml', tmp_path / 'right.yaml']
-    write_middlebury_calibration(tmp_path / 'calib.txt', known, (48, 64), -3, 20)
+    for lowest, number, least in ((-32, 32, 1), (-3, 20, 17)):      # at least one is searched
+        write_middlebury_calibration(tmp_path / 'calib.txt', known, (48, 64), lowest, number)
+        assert f'\nndisp={least}\n' in (tmp_path / 'calib.txt').read_text()
     for cameras in (read_cameras(paths), read_cameras(paths[1:], offset=known.offset),
                     read_cameras([tmp_path / 'calib.txt'])):
         found = read_calibration(*cameras)

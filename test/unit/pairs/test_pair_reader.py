@@ -148,6 +148,31 @@ def test_a_pair_that_is_kept_is_not_overwritten_by_the_next():
     np.testing.assert_array_equal((kept.left, kept.right), before)
 
 
+@examples(40)
+@given(st.floats(0, 40), st.floats(0.2, 0.6), st.sampled_from([-0.05, -0.25, -0.4]))
+def test_a_ray_at_a_right_angle_to_the_lens_hides_no_pixel_that_it_sees(turned, focal, k1):
+    """A barrel that folds back where its derivative is 0: 1 + 3 k1 radius**2."""
+    rotation, wide = cv2.Rodrigues(np.array([0.0, np.radians(turned), 0.0]))[0], 0.45 * COLUMNS
+    lens = [wide, 0, COLUMNS / 2, 0, wide, ROWS / 2, 0, 0, 1]
+    near = focal * COLUMNS
+    message = info(height=ROWS, width=COLUMNS, k=lens, d=[k1, 0, 0, 0, 0],
+                   r=rotation.ravel().tolist(),
+                   p=[near, 0, COLUMNS / 2, 0, 0, near, ROWS / 2, 0, 0, 0, 1, 0])
+    found = is_inside(*raw_positions('left', message, ROWS, COLUMNS), ROWS, COLUMNS)
+    row, column = np.mgrid[:ROWS, :COLUMNS]
+    x, y, z = np.moveaxis(np.stack([(column - COLUMNS / 2) / near, (row - ROWS / 2) / near,
+                                    np.ones((ROWS, COLUMNS))], axis=-1) @ rotation, -1, 0)
+    radius, fold = np.hypot(x, y) / np.where(z > 0, z, 1e-9), (-3 * k1)**-0.5
+    spread = 1 + k1 * np.minimum(radius, fold)**2
+    places = [wide * side / np.where(z > 0, z, 1) * spread + centre
+              for side, centre in ((x, COLUMNS / 2), (y, ROWS / 2))]
+    sure = (abs(radius / fold - 1) > 2e-3) & np.all([
+        (abs(place) > 0.1) & (abs(place - size + 1) > 0.1)
+        for place, size in zip(places, (COLUMNS, ROWS))], axis=0)
+    expected = (z > 0) & (radius < fold) & is_inside(*places, ROWS, COLUMNS)
+    np.testing.assert_array_equal(found[sure], expected[sure])
+
+
 # ---- cut ----
 
 

@@ -88,7 +88,8 @@ def test_exposure_changes_the_right_image_and_flicker_both():
 @pytest.mark.parametrize('options, words', [
     ({'disparities': 11}, 'disparities is 11; allowed are 1 to the 10 columns'),
     ({'bits': 17}, 'bits is 17; allowed are whole numbers from 8 to 16'),
-    ({'poles': 2, 'drive': 0.1}, 'poles is 2 and drive is 0.1; a street has no poles')])
+    ({'poles': 2, 'drive': 0.1}, 'poles is 2 and drive is 0.1; a street has no poles'),
+    ({'offset': 8.0, 'drive': 0.1}, 'offset is 8.0 and drive is 0.1; a street has no offset')])
 def test_what_cannot_be_made_is_rejected_with_a_sentence(options, words):
     with pytest.raises(ValueError, match=words):
         make_pair(**{'rows': 10, 'columns': 10, 'disparities': 4, **options})
