@@ -127,7 +127,9 @@ def evolve(population, operators, random, budget, observe=None, durations=None):
     durations: the `Durations` of earlier runs; with them no operator starts that would end late
     """
     history, number, late = [], 1, False
-    while budget.allows(number) and not population.converged and not late:
+    # Without operators another generation would be the same.
+    while (operators or not history) and budget.allows(number) and not (
+            population.converged or late):
         started = time.perf_counter_ns()
         gains = {}
         for name, operator in operators.items():
@@ -141,6 +143,8 @@ def evolve(population, operators, random, budget, observe=None, durations=None):
             if durations is not None:
                 durations.record(name, (time.perf_counter_ns() - began) / 1e6)
             gains[name] = float(population.fitness[population.best] - before)
+        if late and not gains:
+            break
         milliseconds = (time.perf_counter_ns() - started) / 1e6
         history.append(Generation(
             number, float(population.fitness[population.best]), float(population.fitness.mean()),

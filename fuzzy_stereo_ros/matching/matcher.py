@@ -4,6 +4,7 @@
 from dataclasses import replace
 from functools import cache
 import numbers
+import threading
 import time
 
 import cv2
@@ -47,7 +48,7 @@ class StereoMatcher:
         """
         self.config = MatcherConfig.from_profile(config, **changes)
         self._stages, self._alignment = stages, RowAlignment(self.config)
-        self.algorithm, self._shape = None, None
+        self.algorithm, self._shape, self._lock = None, None, threading.RLock()
         self.restore(None)
 
     def match(self, left, right, stamp=None, observe=None, camera=None):
@@ -65,8 +66,13 @@ class StereoMatcher:
         from min_disparity and are mirrored where the reference is the right image.
         camera: the `Camera` of the left image, by which a camera that moves is followed; None
         where it is not known.
-        Raises ValueError, with a sentence that says why, for a pair that cannot be matched.
+        Threads that call it wait for each other. Raises ValueError, with a sentence that says why,
+        for a pair that cannot be matched.
         """
+        with self._lock:        # kernels write into its memory
+            return self._match(left, right, stamp, observe, camera)
+
+    def _match(self, left, right, stamp, observe, camera):
         started = time.perf_counter_ns()
         left, right = checked_pair(left, right, self.config)
         stamp, rig = checked_stamp(stamp), rig_of(left, camera, self.config.reference)
@@ -95,6 +101,14 @@ class StereoMatcher:
                             confidence=mirrored(match.confidence))
         match.times['total'] = (time.perf_counter_ns() - started) / 1e6
         return match
+
+    def __reduce__(self):
+        """Return what makes a copy, which continues after the same state, in memory of its own."""
+        return StereoMatcher, (self.config, self._stages), (self.state, self.rows)
+
+    def __setstate__(self, found):
+        """Continue after the state and the rows that a copy gets."""
+        self.restore(*found)
 
     def reset(self):
         """Forget all previous frames, but not the rows of the rig."""

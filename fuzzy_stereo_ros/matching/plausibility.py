@@ -47,7 +47,8 @@ TOLERANCE = 1.5     # reduced px, by which the rows of a feature may differ
 FARTHER = 2.0       # reduced px beyond infinity that errors of features do not explain
 FLAT = 2.0          # reduced px between near and far features of a wall that faces the cameras
 FEWEST_FEATURES = 20  # features that have to agree
-MANY, UNLIKE, UNSURE = 100, 10, 0.4     # features, most that agree, mean confidence: other scenes
+# Features, most that agree, and mean confidences: of two scenes.
+MANY, UNLIKE, UNSURE, UNSURE_PAPER = 100, 10, 0.4, 0.65
 OUTNUMBERED = 10    # times as many features are farther than infinity as if they are exchanged
 TURNED = 0.25       # share of the features that are farther than infinity
 BEYOND, FEWEST_BEYOND = 0.05, 8     # features that lie beyond the range
@@ -282,7 +283,8 @@ def _apart(features, shape):
 
 def _unlike(seen):
     total, number = seen.features.number, seen.number
-    return total > MANY and number < UNLIKE and mean_confidence(seen.match) < UNSURE and (
+    unsure = UNSURE_PAPER if seen.config.algorithm == 'paper' else UNSURE
+    return total > MANY and number < UNLIKE and mean_confidence(seen.match) < unsure and (
         Finding('unlike', f'the images do not show the same: {number} of {total} features of the '
                 'left image are found in the right one; see that both are of one stereo camera, '
                 'of one moment, and in focus'))

@@ -213,11 +213,10 @@ class Averaging:
                          tiles.choices, tiles.ages, tiles.sizes)
 
         def reject(labels):
-            """Reject the tiles that changed in the same way in both views: moving texture."""
             self.noise = max(0.0, *found)
             if labels is None or self.noise <= FAINT:
                 return
-            left = self.tiles[0]
+            left = self.tiles[0]    # moving texture changes both views in the same way
             changes_alike(
                 tuple(view.luminance for view in views), history.pictures, labels, self._offset,
                 (shifts[0], left.differences, left.choices), self._alike)

@@ -205,7 +205,7 @@ class PaperMatcher:
 
 
 def _growth(history):
-    """Return the share by which the best fitness rose in the last generation."""
-    if len(history) < 2 or history[-2].best_fitness <= 0:
-        return 0.0
-    return max(history[-1].best_fitness / history[-2].best_fitness - 1, 0.0)
+    """Return by what share the best fitness rose in one of the last two generations, at most."""
+    # of two, as a deadline may have cut the last one short
+    rises = [(sum(one.gains.values()), one.best_fitness) for one in history[-2:]]
+    return max([0.0, *(gain / (best - gain) for gain, best in rises if best > gain)])

@@ -137,12 +137,19 @@ def test_no_operator_starts_at_or_after_the_deadline_and_the_best_gained_what_is
         assert len(population.genes) == len(population.fitness) >= 1
         assert row.best_fitness == population.fitness[population.best] == population.fitness.max()
         assert row.mean_fitness == population.fitness.mean()
+        assert all(one.gains for one in match.history)
         gains = [gain for one in match.history for gain in one.gains.items()]
         assert len(gains) == len(clock.started) == sum(one.milliseconds for one in match.history)
         # `trust` measures by what the views say of each other now: the same map may be less fit.
         assert all(gain >= 0 for name, gain in gains if name != 'trust')
         assert row.best_fitness == pytest.approx(
             seed + sum(gain for _, gain in gains), rel=1e-12)
+
+
+def test_without_operators_one_generation_is_enough_however_many_are_allowed():
+    match = StereoMatcher('fast', disparities=24, generations=1_000_000).match(
+        SCENE.left, SCENE.right)
+    assert match.generations == 1 and match.gains == {}
 
 
 def test_a_deadline_before_the_first_generation_leaves_the_seeds_and_another_changes_no_bit(

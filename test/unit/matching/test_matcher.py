@@ -1,7 +1,10 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """The public face of the matcher in the profile realtime, and what a Match says of itself."""
+from concurrent.futures import ThreadPoolExecutor
+import copy
 from dataclasses import replace
+import pickle
 
 import cv2
 from fuzzy_stereo_ros.matching import Match, MatcherConfig, PROFILES, StereoMatcher
@@ -19,6 +22,9 @@ import pytest
 SECOND = 1_000_000_000
 CONFIG = MatcherConfig(disparities=24, threads=1)
 
+# Of each profile, so that it takes little time.
+FEW = {'realtime': {}, 'fast': {}, 'quality': {}, 'paper': {'population': 4, 'generations': 2}}
+
 
 def test_without_stamps_random_numbers_come_from_the_number_of_the_frame(monkeypatch):
     sources = []
@@ -35,6 +41,32 @@ def test_without_stamps_random_numbers_come_from_the_number_of_the_frame(monkeyp
     matcher.restore(matcher.state._replace(frame=6))
     matcher.match(pair.left, pair.right)
     assert sources == [Random((3, word)) for word in (0, 1, 10, 2000, 0, 7)]
+
+
+@pytest.mark.parametrize('profile', FEW)
+@pytest.mark.parametrize('copied', [copy.copy, copy.deepcopy, lambda one: pickle.loads(
+    pickle.dumps(one))], ids=['copy', 'deepcopy', 'pickle'])
+def test_a_copy_of_a_matcher_goes_on_as_it_does_itself_and_neither_changes_the_other(
+        profile, copied, monkeypatch):
+    monkeypatch.setattr(realtime, 'FEWEST_SHARED', 0)
+    first, *others = make_sequence(60, 90, 16, 3, seed=3, noise=2.0)
+    matcher = StereoMatcher(profile, disparities=16, threads=2, **FEW[profile])
+    matcher.match(first.left, first.right)
+    another = copied(matcher)
+    for left, right, *_ in others:
+        one, other = (bits(each.match(left, right)) for each in (matcher, another))
+        assert one == other
+
+
+@pytest.mark.parametrize('profile', FEW)
+def test_threads_that_share_a_matcher_wait_for_each_other(profile):
+    pairs = [make_pair(60, 90, 16, seed)[:2] for seed in range(2)]
+    matcher = StereoMatcher(profile, disparities=16, threads=1, warm_start=False,
+                            align_rows=False, **FEW[profile])
+    expected = [bits(matcher.match(*pair)) for pair in pairs]
+    with ThreadPoolExecutor(2) as pool:
+        found = [*pool.map(lambda number: bits(matcher.match(*pairs[number % 2])), range(24))]
+    assert found == expected * 12
 
 
 @pytest.mark.parametrize('shift, min_disparity', [

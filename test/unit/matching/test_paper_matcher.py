@@ -1,6 +1,8 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """The profile `paper` as a whole, in its readings."""
+from itertools import pairwise
+
 import cv2
 from fuzzy_stereo_ros.matching.config import MatcherConfig
 from fuzzy_stereo_ros.matching.evolution import Budget, Random
@@ -124,8 +126,8 @@ def test_the_result_is_the_best_in_pixels_and_by_how_much_its_matches_are_more_p
         np.full_like(best, index)), 0) for index in range(DISPARITIES)], axis=0)
     certainty = np.maximum(possible - others, 0) / np.maximum(possible, 1 / 255)
     certainty[:, :3] = certainty[:, -2:] = 0    # at most three disparities from -2 to 3 are seen
-    *_, before, last = match.history
-    growth = last.best_fitness / before.best_fitness - 1
+    growth = max(after.best_fitness / before.best_fitness - 1
+                 for before, after in pairwise(match.history[-3:]))
     np.testing.assert_allclose(match.confidence, np.exp(-8 * growth) * np.interp(
         10 * cv2.blur(certainty, (9, 9)), range(11), CALIBRATION)
         * matcher._inheritance.seen(best), atol=1e-6)

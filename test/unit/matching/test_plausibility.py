@@ -121,8 +121,9 @@ def test_a_camera_that_froze_is_told_by_its_side_as_long_as_it_hangs(scene, side
     (lambda *pair: pair, {'disparities': 12}, {'scale': 0.5}, 'range', '): search 64 disparities'),
     (lambda *pair: pair, {'algorithm': 'quality', 'deadline_ms': 1e-3}, {}, 'deadline',
      'raise deadline_ms'),
-    (lambda left, _: (left, make_pair(*LARGE, seed=5, objects=6, noise=1.5).right), {}, {},
-     'unlike', ''),
+    *((lambda left, _: (left, make_pair(*LARGE, seed=5, objects=6, noise=1.5).right), changes, {},
+       'unlike', '') for changes in (
+        {}, {'algorithm': 'paper', 'population': 4, 'generations': 4, 'mutation_rate': 1.0})),
     (lambda left, right: (plain(3), plain(3, seed=1)), {}, {}, 'dark',
      'the left and right images are '),
     (lambda left, right: (plain(3), right), {}, {}, 'dark', 'the left image is '),
