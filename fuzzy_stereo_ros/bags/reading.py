@@ -15,7 +15,7 @@ from fuzzy_stereo_ros.pairs.stereo_pair import BadPair
 BAG_SUFFIXES = '.bag', '.bag.active', '.mcap', '.db3'
 STORAGES = '.mcap', '.db3'      # of the files in a folder
 NO_ROSBAGS = ('rosbags, which reads and writes bags, is not installed: '
-              "pip install 'fuzzy_stereo_ros[bags]'")
+              "pip install '.[bags]' in the folder of the package")
 FIRST_SPAN = 1_000_000_000      # ns, searched first by `newest`, as most topics have 1 Hz or more
 PACKED = '.zst', '.zstd'        # of storages that were compressed as files
 BAGS = 'a .bag, .mcap or .db3 file, or a folder with metadata.yaml'

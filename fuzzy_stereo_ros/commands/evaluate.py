@@ -91,8 +91,8 @@ def libraries_needed():
     try:
         yield
     except ModuleNotFoundError as error:
-        raise ValueError(f"{error.name} is not installed: pip install 'fuzzy_stereo_ros[evaluate]'"
-                         ) from None
+        raise ValueError(f"{error.name} is not installed: pip install '.[evaluate]' in the folder "
+                         'of the package') from None
 
 
 def run(arguments, stream, progress_stream=None):

@@ -203,8 +203,8 @@ def _open_cluster(options, log, opened):
         from distributed.comm import get_address_host_port
         from distributed.utils import silence_logging_cmgr
     except ImportError:
-        raise ValueError(f"distributed is not installed: pip install '{PACKAGE}[cluster]'"
-                         ) from None
+        raise ValueError("distributed is not installed: pip install '.[cluster]' in the folder of "
+                         'the package') from None
     opened.enter_context(silence_logging_cmgr(logging.CRITICAL))
     # Segments are large on purpose: the scheduler keeps them in case a worker dies.
     opened.enter_context(
