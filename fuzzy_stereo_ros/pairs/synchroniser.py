@@ -22,7 +22,7 @@ class Synchroniser:
 
     With tolerance None the stamps of a set are equal. Otherwise each message of the first topic
     is matched with the message of every other topic that has the nearest stamp, if the two are
-    each other's nearest and their stamps differ by no more than the tolerance. Unless the stamps
+    each other's nearest of those left, and differ by no more than the tolerance. Unless the stamps
     are equal, that is certain only when the next message is known: the set is returned one
     message later. In both cases the sets depend on the stamps alone, not on the order in which
     the topics' messages arrive, as long as no queue overflows.

@@ -84,7 +84,7 @@ class Stages(NamedTuple):
 
 
 class QualityMatcher:
-    """The stages of one image size; population: that of the last pair."""
+    """The stages of one image size; population: of the last pair, None if its time ran out."""
 
     state_type = QualityState
 
