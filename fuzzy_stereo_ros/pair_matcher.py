@@ -127,6 +127,6 @@ def without_missing(match, missing, reference='left'):
     """Return a Match that is invalid where a pixel or its partner in the other view is missing."""
     if missing is None:
         return match
-    invalid = takes_part(match.disparity, match.confidence > 0, missing, reference)   # not filled
+    invalid = takes_part(match.disparity, missing, match.confidence > 0, reference)
     return replace(match, disparity=np.where(invalid, np.float32(np.nan), match.disparity),
                    confidence=np.where(invalid, np.float32(0), match.confidence))

@@ -49,9 +49,9 @@ def add_arguments(parser):
 
 def run(arguments, stream):
     """Print the parameters; raises ValueError and OSError for recordings that cannot be read."""
-    options = ReplayOptions.of(
-        arguments, config=MatcherConfig(), output='',   # nothing is written
-        settings=option_values(arguments, node_rows((*SYNCHRONISING, *READING))))
+    rows = node_rows((*SYNCHRONISING, *READING))
+    options = ReplayOptions.of(arguments, config=MatcherConfig(), output='',    # writes nothing
+                               settings=option_values(arguments, rows))
     with ExitStack() as opened:
         recording, options = opened_recording(options, opened)
         pairs, names = first_pairs(options, recording, PAIRS), recording.names
@@ -95,7 +95,7 @@ def run(arguments, stream):
                   + (f', recorded at {rate:.3g} pairs/s: {kept_up}' if rate else '')),
         '    profile: realtime', f'    scale: {chosen}',
         *(f'    {row.name}: {json.dumps(options.settings[row.name])}'
-          for row in node_rows((*SYNCHRONISING, *READING))
+          for row in rows
           if row.name != 'scale' and options.settings[row.name] != row.default),
         *_comment('for single images, where seconds do not matter: profile: quality')]
     stream.write('\n'.join(lines) + '\n')

@@ -115,7 +115,7 @@ def _match_frames(frames, matcher, start, task, mirrored):
         except ValueError as error:
             raise ValueError(f'{name}, {matcher.name}: {error}') from None
         if getattr(pair, 'missing', None) is not None:
-            unseen = takes_part(maps.raw, True, pair.missing)
+            unseen = takes_part(maps.raw, pair.missing)
             maps = maps._replace(raw=np.where(unseen, np.float32(np.nan), maps.raw))
         for mask, where in getattr(pair, 'masks', {}).items():
             for kind, disparity in zip(MAPS, maps):

@@ -122,11 +122,12 @@ class StereoMatcher:
         """Compile or load the kernels, once a configuration, and take memory for a size."""
         check_size(rows, columns)
         match_warm_up_pairs(self.config)
-        algorithm = self._algorithm_of((rows, columns), searched(self.config, columns))
-        if self.state is None and self.config.disparities <= columns:
-            # The system maps memory at the first write: now, not in the first frame.
-            blank = np.zeros((rows, columns), np.uint8)
-            algorithm.match(blank, blank, None, Random((self.config.seed, 0)), Budget(0, 0, 0))
+        with self._lock:
+            algorithm = self._algorithm_of((rows, columns), searched(self.config, columns))
+            if self.state is None and self.config.disparities <= columns:
+                # The system maps memory at the first write: now, not in the first frame.
+                blank, random = np.zeros((rows, columns), np.uint8), Random((self.config.seed, 0))
+                algorithm.match(blank, blank, None, random, Budget(0, 0, 0))
 
     def _watch(self, rows, left, right, match):
         """Reject what is from beyond the image; return the Misalignment of rows, or None."""

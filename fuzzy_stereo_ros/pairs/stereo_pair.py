@@ -128,12 +128,12 @@ class StereoPair:
     missing: tuple | None = None    # bool (R, C) of both: the pixel lies outside the raw image
 
 
-def takes_part(disparity, matched, missing, reference='left'):
+def takes_part(disparity, missing, matched=True, reference='left'):
     """
     Return where missing pixels take part: bool (R, C), of a map of the reference image.
 
-    disparity: float32 (R, C), px; matched: bool (R, C), where it is of a match, not filled;
-    missing: as in a StereoPair
+    disparity: float32 (R, C), px, NaN = invalid; missing: as in a StereoPair; matched: bool
+    (R, C), where a disparity is of a match, not filled; True for all
     """
     (own, other), sign = (missing, -1) if reference == 'left' else (missing[::-1], 1)
     columns, matched = np.arange(own.shape[1]), matched & np.isfinite(disparity)

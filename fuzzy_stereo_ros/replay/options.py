@@ -100,7 +100,7 @@ class ReplayOptions:
 
     def _check_replaced(self, video):
         for bag in map(Path, self.bags):
-            if bag.resolve() in (video, *video.parents):
+            if video.is_relative_to(bag.resolve()):
                 raise ValueError(f'--video is {self.video}, which is of the input {bag}; give '
                                  'another file')
         if not self.overwrite:

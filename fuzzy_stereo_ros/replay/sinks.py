@@ -135,7 +135,7 @@ class Outputs:
         if not path.parent.is_dir():
             raise ValueError(f'--output is {path}, but there is no folder {path.parent}')
         for bag in options.bags:
-            if path.resolve() in (Path(bag).resolve(), *Path(bag).resolve().parents):
+            if Path(bag).resolve().is_relative_to(path.resolve()):
                 raise ValueError(f'--output is {path}, which holds the input {bag}')
         if not path.exists() or (path.is_dir() and not any(path.iterdir())):
             if options.resume:

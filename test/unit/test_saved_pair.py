@@ -175,7 +175,8 @@ def restored(folder, **changes):
     (lambda folder: restored(
         folder, labels=np.full((60, 100), 24 + EXTRA_LABELS, np.uint8)), 'labels out of range'),
     (lambda folder: restored(folder, census=np.zeros((0, 0), np.uint32),
-                             survived=np.zeros((0, 0), np.uint8)), 'both or none')])
+                             survived=np.zeros((0, 0), np.uint8)),
+     r'census of the state is uint32 \(0, 0\); needed is uint32 \(60, 100\)')])
 def test_what_does_not_belong_together_is_rejected_with_a_sentence(tmp_path, damage, words):
     report = tmp_path / 'report'
     write_saved_pair(report, running()[2])

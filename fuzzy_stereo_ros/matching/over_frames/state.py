@@ -27,9 +27,9 @@ class CameraState(NamedTuple):
     cells: np.ndarray
     cell_validity: np.ndarray
 
-    def layout(self, shape, labels):
-        """Return {name: (dtype, shape)} of the arrays, for images of a shape."""
-        cells = tuple(side // 2 for side in shape) if np.size(self.half_grey) else (0, 0)
+    def layout(self, shape, labels, known):
+        """Return {name: (dtype, shape)} of the arrays; shape: of images; known: if a camera is."""
+        cells = tuple(side // 2 for side in shape) if known else (0, 0)
         return {'half_grey': (np.uint8, cells), 'cells': (np.float32, cells),
                 'cell_validity': (np.uint8, cells)}
 
@@ -103,17 +103,15 @@ class FrameState(NamedTuple):
         labels: number of labels that are searched
         """
         shape = (*np.shape(self.pictures), 0, 0, 0)[1:3]     # pictures that are no three axes
-        tiles = tuple(-(-side // TILE) for side in shape)
+        tiles, known = tuple(-(-side // TILE) for side in shape), np.size(self.camera.half_grey)
         layout = {'pictures': (np.uint16, (2, *shape)), 'ages': (np.float32, (2, *tiles)),
                   'drifts': (np.float32, (2, 2, *tiles)),
                   'colours': (np.uint16, (len(self.colours), *shape) if np.size(self.colours)
                               else (0, 0, 0)),
-                  **self.camera.layout(shape, labels), **self.own.layout(shape, labels)}
-        arrays = self.arrays()
-        for name, array in arrays.items():
+                  **self.camera.layout(shape, labels, known),
+                  **self.own.layout(shape, labels, known)}
+        for name, array in self.arrays().items():
             check_array(f'{name} of the state', array, *layout[name])
-        if 'census' in arrays and bool(self.own.census.size) != bool(self.camera.half_grey.size):
-            raise ValueError('the state has a camera or a census; needed are both or none')
         if not (self.ages >= 1).all():
             raise ValueError('the state has ages out of range')
         if not np.isfinite(self.drifts).all() or (self.drifts[:, 1] < 0).any():

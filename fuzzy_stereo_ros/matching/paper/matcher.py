@@ -51,8 +51,8 @@ class PaperState(NamedTuple):
         """Return it for a frame that comes so much later."""
         return self
 
-    def layout(self, shape, labels):
-        """Return {name: (dtype, shape)} of the arrays, for images of a shape."""
+    def layout(self, shape, labels, known):
+        """Return {name: (dtype, shape)} of the arrays; shape: of images; known: if a camera is."""
         return {'genes': (np.uint16, (len(self.genes), *shape))}
 
     def check(self, labels):

@@ -59,8 +59,8 @@ class QualityState(NamedTuple):
         """Return it for a frame that comes so much later."""
         return self
 
-    def layout(self, shape, labels):
-        """Return {name: (dtype, shape)} of the arrays, for images of a shape."""
+    def layout(self, shape, labels, known):
+        """Return {name: (dtype, shape)} of the arrays; shape: of images; known: if a camera is."""
         return {'disparities': (np.float32, (2, *shape))}
 
     def check(self, labels):

@@ -32,12 +32,12 @@ def new_result(previous, choices, config, match):
     """
     Return `still` to `still_confidence` of the `RealtimeState` of a frame that was searched.
 
-    previous, choices, config: as above; match: its `Match`; a first frame, and one where each is
-    searched, counts as changed
+    previous, choices, config: as above; match: its `Match`; a first frame, and each one where
+    all are searched, counts as changed
     """
-    searched = (previous is None or config.still_interval == 1
-                or _moves(choices, match.disparity.shape))
-    still = 0 if searched else previous.own.still + 1
+    changed = (previous is None or config.still_interval == 1
+               or _moves(choices, match.disparity.shape))
+    still = 0 if changed else previous.own.still + 1
     side = slice(None if still >= SETTLED else 0)
     return still, 0, match.disparity[side, side].copy(), match.confidence[side, side].copy()
 

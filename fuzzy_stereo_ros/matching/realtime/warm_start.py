@@ -68,11 +68,11 @@ class RealtimeState(NamedTuple):
         """Return it for a frame that comes so much later: a late one is searched."""
         return self._replace(still=0) if gap_ns > LONGEST_STEP_NS else self
 
-    def layout(self, shape, labels):
-        """Return {name: (dtype, shape)} of the arrays, for images of a shape."""
+    def layout(self, shape, labels, known):
+        """Return {name: (dtype, shape)} of the arrays; shape: of images; known: if a camera is."""
         cells = tuple(side // 2 for side in shape)
         result = np.float32, shape if self.still >= SETTLED else (0, 0)
-        seen = (shape, cells) if np.size(self.census) else ((0, 0), (0, 0))
+        seen = (shape, cells) if known else ((0, 0), (0, 0))
         return {'labels': (gene_type(labels), shape), 'validity': (np.uint8, shape),
                 'census': (np.uint32, seen[0]), 'survived': (np.uint8, seen[1]),
                 'still_disparity': result, 'still_confidence': result}

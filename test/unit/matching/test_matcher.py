@@ -7,6 +7,7 @@ from dataclasses import replace
 import pickle
 
 import cv2
+from fuzzed import examples
 from fuzzy_stereo_ros.matching import Match, MatcherConfig, PROFILES, StereoMatcher
 from fuzzy_stereo_ros.matching.evolution import Random
 from fuzzy_stereo_ros.matching.match import colour_disparity
@@ -15,13 +16,13 @@ from fuzzy_stereo_ros.matching.realtime import matcher as realtime
 from fuzzy_stereo_ros.matching.realtime.matcher import RealtimeMatcher
 from fuzzy_stereo_ros.pairs.stereo_pair import Calibration, Projection
 from fuzzy_stereo_ros.synthetic.scenes import make_pair, make_sequence
+from hypothesis import given, strategies as st
 from made_scenes import bits, matched, scene, wrong
 import numpy as np
 import pytest
 
 SECOND = 1_000_000_000
 CONFIG = MatcherConfig(disparities=24, threads=1)
-
 # Of each profile, so that it takes little time.
 FEW = {'realtime': {}, 'fast': {}, 'quality': {}, 'paper': {'population': 4, 'generations': 2}}
 
@@ -43,29 +44,37 @@ def test_without_stamps_random_numbers_come_from_the_number_of_the_frame(monkeyp
     assert sources == [Random((3, word)) for word in (0, 1, 10, 2000, 0, 7)]
 
 
+SIDES = st.integers(20, 100)
+
+
 @pytest.mark.parametrize('profile', FEW)
 @pytest.mark.parametrize('copied', [copy.copy, copy.deepcopy, lambda one: pickle.loads(
     pickle.dumps(one))], ids=['copy', 'deepcopy', 'pickle'])
+@examples(4)
+@given(rows=SIDES, columns=SIDES, seed=st.integers(0, 99), threads=st.sampled_from([1, 2]))
 def test_a_copy_of_a_matcher_goes_on_as_it_does_itself_and_neither_changes_the_other(
-        profile, copied, monkeypatch):
-    monkeypatch.setattr(realtime, 'FEWEST_SHARED', 0)
-    first, *others = make_sequence(60, 90, 16, 3, seed=3, noise=2.0)
-    matcher = StereoMatcher(profile, disparities=16, threads=2, **FEW[profile])
-    matcher.match(first.left, first.right)
-    another = copied(matcher)
-    for left, right, *_ in others:
-        one, other = (bits(each.match(left, right)) for each in (matcher, another))
-        assert one == other
+        profile, copied, rows, columns, seed, threads):
+    first, *others = make_sequence(rows, columns, 16, 3, seed, noise=2.0)
+    matcher = StereoMatcher(profile, disparities=16, threads=threads, **FEW[profile])
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(realtime, 'FEWEST_SHARED', 0)
+        matcher.match(first.left, first.right)
+        another = copied(matcher)
+        for left, right, *_ in others:
+            one, other = (bits(each.match(left, right)) for each in (matcher, another))
+            assert one == other
 
 
 @pytest.mark.parametrize('profile', FEW)
-def test_threads_that_share_a_matcher_wait_for_each_other(profile):
-    pairs = [make_pair(60, 90, 16, seed)[:2] for seed in range(2)]
+@examples(3)
+@given(rows=SIDES, columns=SIDES, seed=st.integers(0, 99), number=st.integers(2, 4))
+def test_threads_that_share_a_matcher_wait_for_each_other(profile, rows, columns, seed, number):
+    pairs = [make_pair(rows, columns, 16, seed + more)[:2] for more in range(2)]
     matcher = StereoMatcher(profile, disparities=16, threads=1, warm_start=False,
                             align_rows=False, **FEW[profile])
     expected = [bits(matcher.match(*pair)) for pair in pairs]
-    with ThreadPoolExecutor(2) as pool:
-        found = [*pool.map(lambda number: bits(matcher.match(*pairs[number % 2])), range(24))]
+    with ThreadPoolExecutor(number) as pool:
+        found = [*pool.map(lambda turn: bits(matcher.match(*pairs[turn % 2])), range(24))]
     assert found == expected * 12
 
 

@@ -82,11 +82,11 @@ def test_after_a_cut_or_another_size_all_begins_anew():
         assert shape == (ROWS, COLUMNS) or bits(found) == bits(fresh)
 
 
-@pytest.mark.parametrize('generations, least', [(1, 0), (2, 0.5), (4, 0.5), (8, 0.5)])
-def test_confidence_is_true_before_a_map_has_settled(generations, least):
+@pytest.mark.parametrize('generations', [1, 2, 4, 8])
+def test_confidence_is_true_before_a_map_has_settled(generations):
     pairs = frames(5)
     for match, pair in zip(matches_of(pairs, generations=generations, fill=False)[0], pairs):
         sure = (match.confidence >= 0.5) & pair.visible
         right = np.abs(match.disparity - pair.truth)[sure] <= 1
         assert not sure.any() or right.mean() > 0.8
-    assert sure.mean() >= least
+    assert generations == 1 or sure.mean() > 0.5

@@ -192,6 +192,13 @@ def _may_be_texture(size, steepness):
             and contrast <= np.float32(STRONGER) * deviation)
 
 
+@inlined
+def _match_of(labels, offset, row, column, shift):
+    """Return the column of the mirrored right view that a pixel of the left one matches."""
+    return labels.shape[1] - 1 - column + offset + np.int64(
+        labels[row - shift[0], column - shift[1]])
+
+
 @kernel
 def changes_alike(views, before, labels, offset, compared, alike):
     """
@@ -225,8 +232,7 @@ def changes_alike(views, before, labels, offset, compared, alike):
                     continue
                 for column in range(begin, end):
                     source = column - across
-                    there = (columns - 1 - column + offset
-                             + np.int64(labels[row - down, source]))
+                    there = _match_of(labels, offset, row, column, (down, across))
                     if low <= there < high:
                         one = (np.int64(left[row + MARGIN, column + MARGIN])
                                - np.int64(left_before[row - down, source])) >> LOW_BITS
@@ -245,11 +251,11 @@ def changes_alike(views, before, labels, offset, compared, alike):
 @kernel
 def reject_alike(alike, limit, labels, offset, shifts, choices, ages):
     """
-    Reject the tiles of the left view that changed alike, and what their pixels point at.
+    Reject the tiles of the left view that changed alike, and those that their pixels match.
 
-    alike: of changes_alike, too much above the limit; labels, offset: as there; shifts: of the
-    left view; choices, ages: (2, ...), changed, those of the right view mirrored; a pixel in
-    BLOCK x BLOCK is read.
+    alike, labels, offset: as in changes_alike; limit: of alike, above which a tile is rejected;
+    shifts: of the left view; choices, ages: (2, ...), changed, those of the right view mirrored; a
+    pixel in BLOCK x BLOCK is read.
     """
     rows, columns = labels.shape
     for tile_row in range(alike.shape[0]):
@@ -263,8 +269,7 @@ def reject_alike(alike, limit, labels, offset, shifts, choices, ages):
                              min((tile_row + 1) * TILE, rows, rows + down), BLOCK):
                 for column in range(max(tile * TILE, across),
                                     min((tile + 1) * TILE, columns, columns + across), BLOCK):
-                    there = columns - 1 - column + offset + np.int64(
-                        labels[row - down, column - across])
+                    there = _match_of(labels, offset, row, column, (down, across))
                     if 0 <= there < columns:
                         choices[1, tile_row, there // TILE] = -1
                         ages[1, tile_row, there // TILE] = 1
@@ -288,8 +293,7 @@ def ages_of_both(ages, labels, offset, shifts, choices, found):
                              min((tile_row + 1) * TILE, rows, rows + down), BLOCK):
                 for column in range(max(tile * TILE, across),
                                     min((tile + 1) * TILE, columns, columns + across), BLOCK):
-                    target = column - np.int64(labels[row - down, column - across]) - offset
-                    mirrored = columns - 1 - target
+                    mirrored = _match_of(labels, offset, row, column, (down, across))
                     if 0 <= mirrored < columns:
                         number += 1
                         noise += np.float32(1) / ages[1, tile_row, mirrored // TILE]
